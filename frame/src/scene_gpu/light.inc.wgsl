@@ -1,0 +1,18 @@
+// Light that is no surface. The sun, if there is one, is the first. Kinds and units: lights.rs beside this file.
+
+const LIGHT_SUN = 0u;
+const LIGHT_DIRECTIONAL = 1u;
+const LIGHT_POINT = 2u;
+const LIGHT_SPOT = 3u;
+
+struct Light {
+  position: vec3f,  // m; of a point or a spot
+  kind: u32,
+  direction: vec3f, // unit, the way the light travels; not of a point
+  range: f32,       // m, beyond which a point or a spot gives nothing; 1e18 where unlimited
+  intensity: vec3f, // times radiance_scale: W/m^2 facing a sun or directional light, W/sr of a point or a spot
+  cos_inner: f32,   // a spot's bright core; for a sun the cosine of half the disc's angle
+  cos_outer: f32,   // a spot's edge
+};
+
+@group(1) @binding(15) var<storage, read> lights: array<Light>;

@@ -1,0 +1,331 @@
+//! The flags, and how they become settings: defaults, then the case, then what was said explicitly.
+
+use super::values::{self, Bounces};
+use crate::Error;
+use crate::settings::{
+    Case, Emit, KnobSetting, LookAt, Model, Preset, RenderSettings, SkySetting, SunSetting, View,
+};
+use crate::stages::Kind;
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Global illumination by path tracing through a voxel grid.
+#[derive(Debug, Parser)]
+#[command(name = "gridlight", version, subcommand_required = true, arg_required_else_help = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Renders a scene: the whole street once, or --frames in a row.
+    Render(RenderArgs),
+    /// Lists scenes, stages and their knobs with unit, range and default.
+    List(ListArgs),
+    /// Describes the adapter; with a scene, what it needs and the bytes each part takes.
+    Info(InfoArgs),
+}
+
+/// `gridlight render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// What to render and how.
+    #[command(flatten)]
+    pub street: StreetArgs,
+    /// Folder for the pictures and log.json; made where it is missing.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Frames in a row; files are then numbered, display.0001.png.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    /// Frames per second of animation [default: 30]
+    #[arg(long, value_name = "F", allow_negative_numbers = true, value_parser = values::positive)]
+    pub fps: Option<f32>,
+    /// Stops added to the PNG's brightness; EXRs stay as they are.
+    #[arg(long, value_name = "STOPS", default_value = "0", allow_hyphen_values = true, value_parser = values::finite)]
+    pub exposure: f32,
+    /// No progress bar and no table.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Prints the log as JSON instead of the table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `gridlight list`.
+#[derive(Debug, Args)]
+pub struct ListArgs {
+    /// Graphics adapter whose name contains this.
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// Prints JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `gridlight info`.
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// What to describe, and how it would be rendered.
+    #[command(flatten)]
+    pub street: StreetArgs,
+    /// Prints JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Flags that decide a picture.
+#[derive(Debug, Default, Args)]
+pub struct StreetArgs {
+    /// A built-in scene (see `gridlight list`), or a .gltf or .glb file.
+    pub scene: Option<String>,
+    /// A view of the shared references: a row of cases.json, found in $GRIDLIGHT_TRUTH or ../shared/truth.
+    #[arg(long, value_name = "NAME", conflicts_with = "scene")]
+    pub case: Option<String>,
+    /// Pixels before upsampling [default: 640x480]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub trace_size: Option<[u32; 2]>,
+    /// Pixels after upsampling [default: 1920x1080]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub display_size: Option<[u32; 2]>,
+    /// Cells on the longest axis [default: 256]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=4096))]
+    pub grid: Option<u32>,
+    /// Who traces the light [default: voxel]
+    #[arg(long, value_name = "ID", value_parser = stage_id(Kind::Tracer))]
+    pub tracer: Option<String>,
+    /// Who removes the noise [default: five_phase]
+    #[arg(long, value_name = "ID", value_parser = stage_id(Kind::Denoiser))]
+    pub denoiser: Option<String>,
+    /// Who lifts the light to display size [default: best_candidate]
+    #[arg(long, value_name = "ID", value_parser = stage_id(Kind::Upsampler))]
+    pub upsampler: Option<String>,
+    /// Who refines the meshes [default: identity]
+    #[arg(long, value_name = "ID", value_parser = stage_id(Kind::Tessellator))]
+    pub tessellator: Option<String>,
+    /// Paths per trace pixel [default: 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535))]
+    pub spp: Option<u32>,
+    /// At most this many surface scatterings, or inf [default: 3]
+    #[arg(long, value_name = "N", value_parser = values::bounces)]
+    pub bounces: Option<Bounces>,
+    /// Of all random numbers [default: 1]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
+    /// Which reading of every knob to start from [default: default]
+    #[arg(long)]
+    pub preset: Option<Preset>,
+    /// Sets a knob; repeatable.
+    #[arg(long, value_name = "ID.KNOB=VALUE", value_parser = values::knob)]
+    pub set: Vec<KnobSetting>,
+    /// How materials are read [default: gltf]
+    #[arg(long)]
+    pub model: Option<Model>,
+    /// Most megabytes (10^6 bytes) that textures may take; larger ones are scaled down.
+    #[arg(long, value_name = "MB", value_parser = values::positive)]
+    pub budget_mb: Option<f32>,
+    /// Makes a material glow; repeatable.
+    #[arg(long, value_name = "MATERIAL=R,G,B", value_parser = values::emit)]
+    pub emit: Vec<Emit>,
+    /// Makes this share of the connected parts circle.
+    #[arg(long = "move", value_name = "SHARE", value_parser = values::share)]
+    pub moving_share: Option<f32>,
+    /// Where from, metres.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "target", value_parser = values::point)]
+    pub eye: Option<[f32; 3]>,
+    /// A point looked at, metres.
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "eye", value_parser = values::point)]
+    pub target: Option<[f32; 3]>,
+    /// Roughly up [default: 0,1,0]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "eye", value_parser = values::point)]
+    pub up: Option<[f32; 3]>,
+    /// Vertical field of view, degrees [default: 45]
+    #[arg(long, value_name = "DEG", requires = "eye", value_parser = values::field_of_view)]
+    pub vfov: Option<f32>,
+    /// The file's N-th camera, from 0.
+    #[arg(long, value_name = "N", conflicts_with = "eye")]
+    pub camera: Option<usize>,
+    /// Sky: one radiance, or an equirectangular map.
+    #[arg(long, value_name = "R,G,B|FILE", allow_hyphen_values = true, value_parser = values::sky)]
+    pub sky: Option<SkySetting>,
+    /// Sun: direction of travel, and irradiance on a perpendicular plane.
+    #[arg(long, value_name = "DX,DY,DZ,R,G,B", allow_hyphen_values = true, value_parser = values::sun)]
+    pub sun: Option<SunSetting>,
+    /// Angle across the sun's disc.
+    #[arg(long, value_name = "DEG", value_parser = values::disc)]
+    pub sun_angle: Option<f32>,
+    /// Animation time [default: 0]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = values::not_negative)]
+    pub time: Option<f32>,
+    /// Graphics adapter whose name contains this.
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+}
+
+/// Reads an id and looks it up among those there are.
+fn stage_id(kind: Kind) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync {
+    move |text| {
+        let (id, known) = (values::id_of(text), kind.ids());
+        match known.contains(&id.as_str()) {
+            true => Ok(id),
+            false => Err(format!("there are: {}", known.join(", "))),
+        }
+    }
+}
+
+impl StreetArgs {
+    /// Defaults, then the case, then what was said explicitly; none where neither a scene nor a case is named.
+    ///
+    /// # Errors
+    /// A case that is not there.
+    pub fn settings(&self) -> Result<Option<RenderSettings>, Error> {
+        let mut settings = RenderSettings::default();
+        match (&self.scene, &self.case) {
+            (Some(scene), _) => settings.scene = scene.clone(),
+            (None, Some(case)) => Case::find(case)?.apply(&mut settings),
+            (None, None) => return Ok(None),
+        }
+        self.apply(&mut settings);
+        match settings.view {
+            View::LookAt(view) if view.eye == view.target => Err(Error::LooksNowhere { at: view.eye }),
+            _ => Ok(Some(settings)),
+        }
+    }
+
+    fn apply(&self, settings: &mut RenderSettings) {
+        fn set<T: Clone>(given: &Option<T>, setting: &mut T) {
+            if let Some(value) = given {
+                *setting = value.clone();
+            }
+        }
+        set(&self.trace_size, &mut settings.trace_size);
+        set(&self.display_size, &mut settings.display_size);
+        set(&self.grid, &mut settings.grid);
+        set(&self.tracer, &mut settings.tracer);
+        set(&self.denoiser, &mut settings.denoiser);
+        set(&self.upsampler, &mut settings.upsampler);
+        set(&self.tessellator, &mut settings.tessellator);
+        set(&self.spp, &mut settings.spp);
+        set(&self.bounces.map(|b| b.0), &mut settings.bounces);
+        set(&self.seed, &mut settings.seed);
+        set(&self.preset, &mut settings.preset);
+        set(&self.model, &mut settings.model);
+        set(&self.time, &mut settings.time);
+        set(&self.sky.clone().map(Some), &mut settings.sky);
+        set(&self.sun.map(Some), &mut settings.sun);
+        set(&self.sun_angle.map(Some), &mut settings.sun_angle);
+        set(&self.moving_share.map(Some), &mut settings.moving_share);
+        set(&self.budget_mb.map(|mb| Some((f64::from(mb) * 1e6) as u64)), &mut settings.texture_budget_bytes);
+        settings.sets.clone_from(&self.set);
+        settings.emit.clone_from(&self.emit);
+        if let Some(index) = self.camera {
+            settings.view = View::Camera(index);
+        }
+        if let (Some(eye), Some(target)) = (self.eye, self.target) {
+            let up = self.up.unwrap_or([0.0, 1.0, 0.0]);
+            let vfov = self.vfov.unwrap_or(std::f32::consts::FRAC_PI_4);
+            settings.view = View::LookAt(LookAt { eye, target, up, vfov });
+        }
+    }
+}
+
+impl RenderArgs {
+    /// The settings of a render.
+    ///
+    /// # Errors
+    /// Neither a scene nor a case, a case that is not there, or a camera that looks nowhere.
+    pub fn settings(&self) -> Result<RenderSettings, Error> {
+        let mut settings = self.street.settings()?.ok_or(Error::NoScene)?;
+        settings.frames = self.frames.unwrap_or(settings.frames);
+        settings.fps = self.fps.unwrap_or(settings.fps);
+        Ok(settings)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::panic)]
+mod tests {
+    use super::*;
+
+    fn settings(line: &str) -> Result<RenderSettings, String> {
+        let words = ["gridlight", "render", "--out", "out"].into_iter().chain(line.split_whitespace());
+        let Command::Render(args) = Cli::try_parse_from(words).map_err(|e| e.to_string())?.command else {
+            panic!("not a render");
+        };
+        args.settings().map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn the_definition_holds_together() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn nothing_said_is_the_default() {
+        let expected = RenderSettings { scene: "cornell".into(), ..Default::default() };
+        assert_eq!(settings("cornell"), Ok(expected));
+    }
+
+    #[test]
+    fn the_defaults_in_the_help_are_the_defaults() {
+        let d = RenderSettings::default();
+        assert_eq!((d.trace_size, d.display_size, d.grid), ([640, 480], [1920, 1080], 256));
+        assert_eq!([&d.tracer, &d.denoiser, &d.upsampler], ["voxel", "five_phase", "best_candidate"]);
+        assert_eq!((d.spp, d.bounces, d.seed, d.tessellator.as_str()), (4, Some(3), 1, "identity"));
+        assert_eq!((d.preset, d.model, d.time, d.fps), (Preset::Default, Model::Gltf, 0.0, 30.0));
+    }
+
+    #[test]
+    fn everything_said_arrives() {
+        let s = settings(
+            "a.glb --trace-size 16x9 --display-size 32x18 --grid 64 --denoiser none --upsampler best-candidate \
+             --spp 2 --bounces inf --seed 9 --preset paper --set five_phase.k0=2 --set gather.x=1 --model lambert \
+             --budget-mb 0.5 --emit lamp=1,2,3 --move 0.25 --eye -11,2.2,-0.4 --target 6,3.5,0 --vfov 90 \
+             --sky -0,1,1 --sun 0,-1,0,1,1,1 --sun-angle 90 --time 1.5 --frames 3 --fps 25",
+        )
+        .unwrap();
+        assert_eq!((s.trace_size, s.display_size, s.grid), ([16, 9], [32, 18], 64));
+        assert_eq!((s.denoiser.as_str(), s.upsampler.as_str()), ("identity", "best_candidate"));
+        assert_eq!((s.spp, s.bounces, s.seed, s.preset), (2, None, 9, Preset::Paper));
+        assert_eq!((s.sets.len(), s.emit.len(), s.moving_share), (2, 1, Some(0.25)));
+        assert_eq!((s.model, s.texture_budget_bytes), (Model::Lambert, Some(500_000)));
+        let View::LookAt(view) = s.view else { panic!("{:?}", s.view) };
+        assert_eq!((view.eye, view.up), ([-11.0, 2.2, -0.4], [0.0, 1.0, 0.0]));
+        assert_eq!(
+            (view.vfov, s.sun_angle),
+            (std::f32::consts::FRAC_PI_2, Some(std::f32::consts::FRAC_PI_2))
+        );
+        assert_eq!(
+            (s.sky, s.time, s.frames, s.fps),
+            (Some(SkySetting::Constant([0.0, 1.0, 1.0])), 1.5, 3, 25.0)
+        );
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        for (line, part) in [
+            ("", "a scene or --case"),
+            ("cornell --trace-size 0x5", "WIDTHxHEIGHT"),
+            ("cornell --grid 4", "8..=4096"),
+            ("cornell --spp 0", "1..=65535"),
+            ("cornell --tracer raster", "there are: voxel"),
+            ("cornell --eye 1,2,3", "--target"),
+            ("cornell --eye 1,2,3 --target 1,2,3", "looks nowhere"),
+            ("cornell --camera 0 --eye 1,2,3 --target 0,0,0", "cannot be used with"),
+            ("cornell --case b", "cannot be used with"),
+            ("cornell --fps 0", "above 0"),
+            ("cornell --frames 0", "1.."),
+            ("cornell --time -1", "0 or more"),
+            ("cornell --bounces x", "or inf"),
+            ("cornell --preset fast", "possible values"),
+            ("cornell --set k0", "ID.knob=value"),
+        ] {
+            let message = settings(line).unwrap_err();
+            assert!(message.contains(part), "{line}: {message}");
+        }
+    }
+}

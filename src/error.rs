@@ -1,0 +1,101 @@
+//! Everything that can end a run, each message with the thing, the place and both values.
+
+use std::path::PathBuf;
+
+/// What went wrong, and whether the asking or the doing was at fault ([`Error::is_usage`]).
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Loading the scene, its sky, or a setting about them.
+    #[error(transparent)]
+    Scene(#[from] scene::SceneError),
+    /// The adapter, the driver, or memory.
+    #[error(transparent)]
+    Gpu(#[from] frame::GpuError),
+    /// The scene does not fit the GPU.
+    #[error(transparent)]
+    SceneGpu(#[from] frame::scene_gpu::SceneGpuError),
+    /// The scene does not fit the grid.
+    #[error(transparent)]
+    Voxel(#[from] voxel::VoxelError),
+    /// A knob that is not there, or a value it does not take.
+    #[error("--set {id}: {source}")]
+    Knob {
+        /// The stage.
+        id: String,
+        /// What its knobs say.
+        source: frame::KnobError,
+    },
+    /// `--set` names something that takes no part in this render.
+    #[error("--set {id}.{knob}: no such part in this render; there are: {known}")]
+    NoSuchStage {
+        /// As given.
+        id: String,
+        /// The knob asked for.
+        knob: String,
+        /// The ids that have knobs.
+        known: String,
+    },
+    /// A stage was asked for by a name that is not in its list.
+    #[error("no {kind} \"{name}\"; there are: {known}")]
+    NoSuchName {
+        /// What was to be chosen.
+        kind: &'static str,
+        /// As given.
+        name: String,
+        /// Those there are.
+        known: String,
+    },
+    /// Neither a scene nor a case was named.
+    #[error("a scene or --case is needed; `gridlight list` has the built-in scenes")]
+    NoScene,
+    /// Eye and target are one point.
+    #[error("the camera looks nowhere: --eye and --target are both {at:?}")]
+    LooksNowhere {
+        /// That point.
+        at: [f32; 3],
+    },
+    /// `--camera` names one that the scene does not have.
+    #[error("no camera {index} in {scene}: it has {count}, numbered from 0")]
+    NoSuchCamera {
+        /// The scene.
+        scene: String,
+        /// As given.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// `--case` without the table of cases, or with one that says something else.
+    #[error("--case {name}: {message}")]
+    Case {
+        /// As given.
+        name: String,
+        /// What is wrong, and where.
+        message: String,
+    },
+    /// A file could not be written.
+    #[error("{path}: {message}", path = path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// The system's words, or the encoder's.
+        message: String,
+    },
+}
+
+impl Error {
+    /// Whether the command line was wrong (exit code 2), not the run (exit code 1).
+    pub fn is_usage(&self) -> bool {
+        use scene::SceneError::NoSuchMaterial;
+        matches!(
+            self,
+            Self::Knob { .. }
+                | Self::NoSuchStage { .. }
+                | Self::NoSuchName { .. }
+                | Self::NoScene
+                | Self::LooksNowhere { .. }
+                | Self::NoSuchCamera { .. }
+                | Self::Case { .. }
+                | Self::Scene(NoSuchMaterial { .. })
+        )
+    }
+}

@@ -1,0 +1,337 @@
+//! The frame as one function: read [`Pipeline::render`] top to bottom and you have read section 2 of the paper.
+//!
+//! Everything that can be refused is refused in [`Pipeline::new`]: adapter, scene, names, knobs, memory. A frame then
+//! records every stage, submits, and returns what each of them made.
+
+use crate::settings::{Model, Preset, RenderSettings, open};
+use crate::{Error, Progress};
+use denoise::Denoiser;
+use frame::scene_gpu::{self, GpuScene, SceneOptions};
+use frame::{ColorImage, FrameInfo, FrameLog, GBuffer, Gpu, Knob, RadianceImage, Recorder};
+use scene::{Camera, Geometry, Scene};
+use tessellate::Tessellator;
+use tracer::{Gather, PathSettings, SampleRule, Tracer, World};
+use upsample::Upsampler;
+use voxel::grid::Layout;
+use voxel::{VoxelGrid, Voxelizer};
+
+/// What one frame made. Images stay valid until the next frame.
+pub struct Rendered {
+    /// The picture, display size, radiance times `radiance_scale`.
+    pub color: ColorImage,
+    /// What the camera sees at trace size.
+    pub trace: GBuffer,
+    /// What the camera sees at display size.
+    pub display: GBuffer,
+    /// Light as traced.
+    pub noisy: RadianceImage,
+    /// Light as filtered.
+    pub denoised: RadianceImage,
+    /// Passes, times, counts.
+    pub log: FrameLog,
+    /// What it was rendered with.
+    pub frame: FrameInfo,
+}
+
+/// The world, the chosen stages, and what they keep from frame to frame.
+pub struct Pipeline {
+    gpu: Gpu,
+    settings: RenderSettings,
+    progress: Progress,
+    scene: Scene,
+    geometry: Geometry,
+    world: GpuScene,
+    grid: Option<VoxelGrid>,
+    voxel_size: f32,
+    tessellator: Box<dyn Tessellator>,
+    voxelizer: Voxelizer,
+    gather: Gather,
+    tracer: Box<dyn Tracer>,
+    denoiser: Box<dyn Denoiser>,
+    upsampler: Box<dyn Upsampler>,
+    paths: PathSettings,
+    trace: GBuffer,
+    /// None where both sizes are equal: one G-buffer serves both.
+    display: Option<GBuffer>,
+    previous: Option<FrameInfo>,
+    frame_index: u32,
+    warnings: Vec<String>,
+}
+
+impl Pipeline {
+    /// Loads the scene, makes the stages, allocates for both sizes.
+    ///
+    /// # Errors
+    /// A scene, name, knob or size that cannot be had; the message says which and why.
+    pub fn new(gpu: Gpu, settings: &RenderSettings, progress: Progress) -> Result<Self, Error> {
+        progress.report("loading", 0.0);
+        let scene = open::scene(settings)?;
+        Self::of_scene(gpu, scene, settings, progress)
+    }
+
+    /// The same for a scene that is there already; what the settings say about scene, sky and sun is left aside.
+    ///
+    /// # Errors
+    /// As [`Pipeline::new`].
+    pub fn of_scene(
+        gpu: Gpu,
+        scene: Scene,
+        settings: &RenderSettings,
+        progress: Progress,
+    ) -> Result<Self, Error> {
+        open::camera(settings, &scene, settings.time)?;
+        let mut geometry = scene.rest().clone();
+        scene.pose(settings.time, &mut geometry);
+        progress.report("uploading", 0.0);
+        let options = SceneOptions {
+            model: match settings.model {
+                Model::Gltf => scene_gpu::Model::Gltf,
+                Model::Lambert => scene_gpu::Model::Lambert,
+            },
+            texture_budget_bytes: settings.texture_budget_bytes,
+        };
+        let (world, upload_warnings) = GpuScene::new(&gpu, &scene, &geometry, &options)?;
+        let mut warnings = scene.warnings.clone();
+        warnings.extend(upload_warnings);
+
+        let most = gpu.device.limits().max_texture_dimension_2d;
+        let voxel_size = Layout::fit(scene.bounds(), settings.grid, most)?.voxel_size;
+
+        progress.report("building kernels", 0.0);
+        let tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(&gpu)?;
+        let tracer = find("tracer", &settings.tracer, tracer::all())?(&gpu)?;
+        let denoiser = find("denoiser", &settings.denoiser, denoise::all())?(&gpu)?;
+        let upsampler = find("upsampler", &settings.upsampler, upsample::all())?(&gpu)?;
+        let mut pipeline = Self {
+            voxelizer: Voxelizer::new(&gpu, &world)?,
+            gather: Gather::new(&gpu, &world)?,
+            trace: GBuffer::new(&gpu, settings.trace_size)?,
+            display: (settings.trace_size != settings.display_size)
+                .then(|| GBuffer::new(&gpu, settings.display_size))
+                .transpose()?,
+            paths: PathSettings { spp: settings.spp, bounces: settings.bounces, ..Default::default() },
+            gpu,
+            settings: settings.clone(),
+            progress,
+            scene,
+            geometry,
+            world,
+            grid: None,
+            voxel_size,
+            tessellator,
+            tracer,
+            denoiser,
+            upsampler,
+            previous: None,
+            frame_index: 0,
+            warnings,
+        };
+        pipeline.apply_knobs()?;
+        let specular = pipeline.world.needs.specular;
+        pipeline.gather.resize(&pipeline.gpu, &[settings.trace_size, settings.display_size])?;
+        pipeline.tracer.resize(&pipeline.gpu, &pipeline.world, settings.trace_size)?;
+        pipeline.denoiser.resize(&pipeline.gpu, settings.trace_size, specular)?;
+        pipeline.upsampler.resize(&pipeline.gpu, settings.display_size, specular)?;
+        Ok(pipeline)
+    }
+
+    /// Renders the next frame.
+    ///
+    /// # Errors
+    /// The device was lost or ran out of memory, or a moving scene no longer fits its grid.
+    pub fn render(&mut self) -> Result<Rendered, Error> {
+        let frame = self.next_frame()?;
+        let moved =
+            self.previous.is_some() && self.geometry.static_object_count() < self.geometry.objects.len();
+        if moved {
+            self.scene.pose(frame.time, &mut self.geometry);
+            self.world.update(&self.gpu, &self.geometry);
+        }
+        let mut recorder = Recorder::new(&self.gpu);
+        let progress = self.progress.clone();
+        recorder.on_progress(move |done| progress.report("tracing", done));
+        let uniform = recorder.uniform(&frame.uniform());
+
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+        let mut voxel_log = FrameLog::default();
+        if self.tracer.needs_grid() && (moved || self.grid.is_none()) {
+            self.progress.report("voxelizing", 0.0);
+            recorder.flush();
+            // The old grid goes first, so that two never stand side by side.
+            self.grid = None;
+            let bounds = self.scene.bounds();
+            let (grid, log) =
+                self.voxelizer.voxelize(&self.gpu, &self.world, &mesh, bounds, self.settings.grid)?;
+            self.grid = Some(grid);
+            voxel_log = log;
+        }
+        let world = World { scene: &self.world, grid: self.grid.as_ref() };
+
+        self.gather.gather(&mut recorder, "gather/trace", &uniform, &self.world, &mesh, &self.trace);
+        let display = self.display.as_ref().unwrap_or(&self.trace);
+        if self.display.is_some() {
+            self.gather.gather(&mut recorder, "gather/display", &uniform, &self.world, &mesh, display);
+        }
+        let noisy = self.tracer.trace(&mut recorder, &frame, &uniform, world, &self.trace, &self.paths);
+        let denoised = self.denoiser.denoise(&mut recorder, &frame, &uniform, &self.trace, &noisy);
+        let color = self.upsampler.upsample(
+            &mut recorder,
+            &frame,
+            &uniform,
+            &self.world,
+            &self.trace,
+            &denoised,
+            display,
+            None,
+        );
+
+        voxel_log.append(recorder.finish()?);
+        let mut log = voxel_log;
+        self.count(&mut log);
+        let rendered = Rendered {
+            color,
+            trace: self.trace.clone(),
+            display: display.clone(),
+            noisy,
+            denoised,
+            log,
+            frame: frame.clone(),
+        };
+        self.previous = Some(frame);
+        self.frame_index += 1;
+        Ok(rendered)
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// The scene as loaded.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The scene as uploaded.
+    pub fn world(&self) -> &GpuScene {
+        &self.world
+    }
+
+    /// The voxels, once a frame needed them.
+    pub fn grid(&self) -> Option<&VoxelGrid> {
+        self.grid.as_ref()
+    }
+
+    /// What the file or the upload could not honour, one line each.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// Every knob of the chosen stages, by the id that `--set` takes.
+    pub fn with_knobs<R>(&mut self, visit: impl FnOnce(Vec<(&'static str, Vec<Knob<'_>>)>) -> R) -> R {
+        let mut samples = self.paths.samples as u32;
+        let of_tracer = PathSettings::knobs(&mut samples, &mut self.paths.roulette_from);
+        let (tessellator, tracer) = (self.tessellator.name(), self.tracer.name());
+        let (denoiser, upsampler) = (self.denoiser.name(), self.upsampler.name());
+        let mut all = vec![
+            ("voxel", self.voxelizer.knobs()),
+            ("gather", self.gather.knobs()),
+            ("tracer", of_tracer),
+            (tessellator, self.tessellator.knobs()),
+            (tracer, self.tracer.knobs()),
+            (denoiser, self.denoiser.knobs()),
+            (upsampler, self.upsampler.knobs()),
+        ];
+        // The tracer `voxel` and the stage `voxel` share an id: one list.
+        let mut merged: Vec<(&'static str, Vec<Knob<'_>>)> = Vec::new();
+        for (id, knobs) in all.drain(..) {
+            match merged.iter_mut().find(|(known, _)| *known == id) {
+                Some((_, list)) => list.extend(knobs),
+                None => merged.push((id, knobs)),
+            }
+        }
+        let result = visit(merged);
+        self.paths.samples = if samples == 0 { SampleRule::Fixed } else { SampleRule::Roughness };
+        result
+    }
+
+    fn apply_knobs(&mut self) -> Result<(), Error> {
+        let settings = self.settings.clone();
+        let preset: &[(&str, &str, &str)] = match settings.preset {
+            Preset::Default => &[],
+            Preset::Paper => &[
+                ("voxel", "elevation", "voxel"),
+                ("tracer", "samples", "roughness"),
+                ("best_candidate", "plane_test", "off"),
+            ],
+            Preset::Gltf => &[("gather", "mips", "off"), ("gather", "bend", "off")],
+        };
+        self.with_knobs(|stages| {
+            let known = stages.iter().map(|(id, _)| *id).collect::<Vec<_>>().join(", ");
+            let mut stages: Vec<_> = stages;
+            for (id, name, value) in preset {
+                // A preset speaks of every stage; those not chosen have nothing to set.
+                if let Some((_, knobs)) = stages.iter_mut().find(|(known, _)| known == id) {
+                    set(id, knobs, name, value)?;
+                }
+            }
+            for wanted in &settings.sets {
+                let Some((_, knobs)) = stages.iter_mut().find(|(id, _)| *id == wanted.id) else {
+                    return Err(Error::NoSuchStage {
+                        id: wanted.id.clone(),
+                        knob: wanted.knob.clone(),
+                        known,
+                    });
+                };
+                set(&wanted.id, knobs, &wanted.knob, &wanted.value)?;
+            }
+            Ok(())
+        })
+    }
+
+    fn next_frame(&self) -> Result<FrameInfo, Error> {
+        let time = self.settings.frame_time(self.frame_index);
+        let camera: Camera = open::camera(&self.settings, &self.scene, time)?;
+        let jitter = self.upsampler.jitter(self.frame_index);
+        let previous = self.previous.as_ref();
+        Ok(FrameInfo {
+            previous_camera: previous.map_or_else(|| camera.clone(), |p| p.camera.clone()),
+            previous_jitter: previous.map_or(jitter, |p| p.jitter),
+            camera,
+            trace_size: self.settings.trace_size,
+            display_size: self.settings.display_size,
+            jitter,
+            frame_index: self.frame_index,
+            seed: self.settings.seed,
+            time,
+            dt: previous.map_or(0.0, |p| time - p.time),
+            radiance_scale: self.world.radiance_scale,
+            diagonal: self.scene.bounds().diagonal(),
+            restart: previous.is_none(),
+            sun_elsewhere: false,
+        })
+    }
+
+    fn count(&self, log: &mut FrameLog) {
+        if let Some(grid) = &self.grid {
+            log.counts.insert("voxels".into(), f64::from(grid.voxel_count));
+            log.counts.insert("bricks".into(), f64::from(grid.brick_count));
+        }
+        let pixels = f64::from(self.settings.trace_size[0]) * f64::from(self.settings.trace_size[1]);
+        let paths = log.counts.get("paths").copied().unwrap_or(0.0);
+        log.counts.insert("mean_spp".into(), paths / pixels);
+    }
+}
+
+fn set(id: &str, knobs: &mut [Knob<'_>], name: &str, value: &str) -> Result<(), Error> {
+    frame::set_knob(knobs, name, value).map_err(|source| Error::Knob { id: id.into(), source })
+}
+
+/// Looks a stage up in its list.
+fn find<C: Copy>(kind: &'static str, name: &str, all: &[(&'static str, C)]) -> Result<C, Error> {
+    all.iter().find(|(known, _)| *known == name).map(|(_, make)| *make).ok_or_else(|| Error::NoSuchName {
+        kind,
+        name: name.into(),
+        known: all.iter().map(|(known, _)| *known).collect::<Vec<_>>().join(", "),
+    })
+}

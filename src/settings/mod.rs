@@ -1,0 +1,225 @@
+//! What a render is asked for: one plain struct that the command line fills, the pipeline reads and logs repeat.
+//!
+//! Units: pixels, metres, seconds, radians, linear Rec. 709 radiance. Nothing here touches a GPU; [`open`] turns the
+//! parts about the scene into a loaded [`scene::Scene`] and a camera.
+
+pub mod case;
+pub mod open;
+
+pub use case::Case;
+
+use serde::{Serialize, Serializer};
+use std::path::PathBuf;
+
+/// Everything that decides a picture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RenderSettings {
+    /// A built-in name, or the path of a `.gltf` or `.glb` file.
+    pub scene: String,
+    /// How materials are read.
+    pub model: Model,
+    /// Where from.
+    pub view: View,
+    /// Pixels before upsampling.
+    pub trace_size: [u32; 2],
+    /// Pixels after upsampling; its aspect is the frustum's.
+    pub display_size: [u32; 2],
+    /// Cells on the longest axis.
+    pub grid: u32,
+    /// Id of the tracer.
+    pub tracer: String,
+    /// Id of the denoiser.
+    pub denoiser: String,
+    /// Id of the upsampler.
+    pub upsampler: String,
+    /// Id of the tessellator.
+    pub tessellator: String,
+    /// Paths per trace pixel in a frame's mean.
+    pub spp: u32,
+    /// At most this many surface scatterings; none = no limit.
+    #[serde(serialize_with = "number_or_inf")]
+    pub bounces: Option<u32>,
+    /// Of all random numbers.
+    pub seed: u32,
+    /// Which reading of every knob to start from.
+    pub preset: Preset,
+    /// Knobs set on top of the preset, in order.
+    pub sets: Vec<KnobSetting>,
+    /// Instead of the scene's own sky.
+    pub sky: Option<SkySetting>,
+    /// Instead of the scene's own sun.
+    pub sun: Option<SunSetting>,
+    /// Angle across the sun's disc in radians, whoever gave the sun.
+    pub sun_angle: Option<f32>,
+    /// Materials made to glow.
+    pub emit: Vec<Emit>,
+    /// Share of the connected parts that circles.
+    pub moving_share: Option<f32>,
+    /// Animation time of the first frame, s.
+    pub time: f32,
+    /// Frames in a row.
+    pub frames: u32,
+    /// Frames per second of animation.
+    pub fps: f32,
+    /// Most bytes that textures may take; none = all that is needed.
+    pub texture_budget_bytes: Option<u64>,
+}
+
+impl Default for RenderSettings {
+    /// The command line's defaults, with `courtyard`.
+    fn default() -> Self {
+        Self {
+            scene: "courtyard".into(),
+            model: Model::Gltf,
+            view: View::Framing,
+            trace_size: [640, 480],
+            display_size: [1920, 1080],
+            grid: 256,
+            tracer: "voxel".into(),
+            denoiser: "five_phase".into(),
+            upsampler: "best_candidate".into(),
+            tessellator: "identity".into(),
+            // Below the paper's "maximum of six"; also what the noisy inputs of the shared references use.
+            spp: 4,
+            bounces: Some(3),
+            seed: 1,
+            preset: Preset::Default,
+            sets: Vec::new(),
+            sky: None,
+            sun: None,
+            sun_angle: None,
+            emit: Vec::new(),
+            moving_share: None,
+            time: 0.0,
+            frames: 1,
+            fps: 30.0,
+            texture_budget_bytes: None,
+        }
+    }
+}
+
+/// How materials are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Model {
+    /// The glTF 2.0 reflection model.
+    #[default]
+    Gltf,
+    /// Every surface Lambert with its base colour: no normal map, masks kept.
+    Lambert,
+}
+
+/// A reading of every knob at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// Whatever measures best.
+    #[default]
+    Default,
+    /// The paper's reading.
+    Paper,
+    /// The conventions of the shared references.
+    Gltf,
+}
+
+/// Where the camera comes from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum View {
+    /// The centre of the bounds, from (0.4, 0.3, 1) times the diagonal, at 45 degrees.
+    Framing,
+    /// A camera of the file, by number.
+    Camera(usize),
+    /// Given in full.
+    LookAt(LookAt),
+}
+
+/// A camera in numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LookAt {
+    /// Metres.
+    pub eye: [f32; 3],
+    /// A point looked at, metres.
+    pub target: [f32; 3],
+    /// Roughly up.
+    pub up: [f32; 3],
+    /// Vertical field of view, radians.
+    pub vfov: f32,
+}
+
+/// One `--set ID.knob=value`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct KnobSetting {
+    /// Id of an implementation (`five_phase`) or of a stage (`voxel`, `gather`, `tracer`).
+    pub id: String,
+    /// Name within it.
+    pub knob: String,
+    /// As text; the knob knows what it takes.
+    pub value: String,
+}
+
+/// A sky from the command line.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SkySetting {
+    /// The same radiance from everywhere.
+    Constant([f32; 3]),
+    /// An equirectangular `.hdr` or `.exr`.
+    File(PathBuf),
+}
+
+/// A sun from the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SunSetting {
+    /// Direction the light travels along, any length but 0.
+    pub direction: [f32; 3],
+    /// Irradiance on a perpendicular plane.
+    pub irradiance: [f32; 3],
+}
+
+/// One `--emit MATERIAL=r,g,b`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Emit {
+    /// Name of the material.
+    pub material: String,
+    /// Emitted radiance.
+    pub radiance: [f32; 3],
+}
+
+impl RenderSettings {
+    /// Animation time of frame number `index`, s.
+    pub fn frame_time(&self, index: u32) -> f32 {
+        self.time + index as f32 / self.fps
+    }
+
+    /// The knobs set for this id, as (name, value).
+    pub fn sets_for<'a>(&'a self, id: &'a str) -> impl Iterator<Item = (&'a str, &'a str)> {
+        self.sets.iter().filter(move |s| s.id == id).map(|s| (s.knob.as_str(), s.value.as_str()))
+    }
+}
+
+/// Infinity is no JSON number.
+fn number_or_inf<S: Serializer>(bounces: &Option<u32>, serializer: S) -> Result<S::Ok, S::Error> {
+    match bounces {
+        Some(n) => serializer.serialize_u32(*n),
+        None => serializer.serialize_str("inf"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unlimited_bounces_are_written_as_inf() {
+        let written = |bounces| serde_json::to_value(RenderSettings { bounces, ..Default::default() });
+        assert_eq!(written(Some(3)).ok().map(|v| v["bounces"].clone()), Some(3.into()));
+        assert_eq!(written(None).ok().map(|v| v["bounces"].clone()), Some("inf".into()));
+    }
+
+    #[test]
+    fn frames_are_spaced_by_fps_from_the_first_time_on() {
+        let settings = RenderSettings { time: 2.0, fps: 25.0, ..Default::default() };
+        assert_eq!([0, 1, 50].map(|k| settings.frame_time(k)), [2.0, 2.04, 4.0]);
+    }
+}

@@ -1,0 +1,49 @@
+//! Tessellators: meshes in, finer meshes out.
+//!
+//! | paper, sections 1 to 2 | here |
+//! | --- | --- |
+//! | "able to include GPU accelerated special effects such as tessellation" | [`Tessellator`], before voxels and gather |
+//! | the mesh as the file has it | [`identity`] |
+//!
+//! **A new tessellator**: copy the folder `identity/`, rename it, and add one line to [`all`]. The folder's name is the
+//! tessellator's name, on the command line too. Its default factor may depend on the world only (`voxel_size`, edge
+//! lengths), never on the camera, so that what stands still stays the same mesh and its voxels need not be rebuilt.
+
+pub mod identity;
+
+use frame::info::FrameInfo;
+use frame::scene_gpu::GpuMesh;
+use frame::{Gpu, GpuError, Knob, Recorder};
+
+/// Meshes in, finer meshes out.
+///
+/// Promises: normals and tangents of the output are of unit length and fit its shape; positions of this frame and of
+/// the last one stand side by side (`mesh.previous`); the same input gives the same bits.
+pub trait Tessellator {
+    /// Its folder and its name in [`all`].
+    fn name(&self) -> &'static str;
+
+    /// Its settings, lent out.
+    fn knobs(&mut self) -> Vec<Knob<'_>>;
+
+    /// Records its passes, named `tessellate/NAME/…`. `voxel_size` in metres is the finest detail that a ray will
+    /// meet.
+    fn tessellate(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        frame: &FrameInfo,
+        voxel_size: f32,
+        mesh: &GpuMesh,
+    ) -> GpuMesh;
+}
+
+/// Makes a tessellator: compiles its kernels.
+pub type Constructor = fn(&Gpu) -> Result<Box<dyn Tessellator>, GpuError>;
+
+/// Every tessellator by name.
+pub fn all() -> &'static [(&'static str, Constructor)] {
+    &[("identity", |_| Ok(Box::new(identity::Identity)))]
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,66 @@
+//! Is energy kept? A closed room of albedo a and emission e, where radiance is e / (1 - a) everywhere.
+
+use crate::support::{mean, render, render_scene};
+use gridlight::RenderSettings;
+use gridlight::settings::View;
+
+/// The built-in furnace: a = e = 1/2 before they are stored.
+fn furnace(camera: usize, seed: u32) -> RenderSettings {
+    RenderSettings {
+        scene: "furnace".into(),
+        view: View::Camera(camera),
+        trace_size: [48, 48],
+        display_size: [48, 48],
+        grid: 32,
+        denoiser: "identity".into(),
+        upsampler: "nearest".into(),
+        bounces: None,
+        spp: 16,
+        seed,
+        ..Default::default()
+    }
+}
+
+/// Mean of the picture over independent seeds, and its standard error.
+fn mean_of(render: impl Fn(u32) -> crate::support::Picture) -> (f64, f64) {
+    let means: Vec<f64> = (1..=8).map(|seed| mean(&render(seed))[1]).collect();
+    let count = means.len() as f64;
+    let of_all = means.iter().sum::<f64>() / count;
+    let variance = means.iter().map(|m| (m - of_all).powi(2)).sum::<f64>() / (count - 1.0);
+    (of_all, (variance / count).sqrt())
+}
+
+#[test]
+fn every_wall_has_the_radiance_of_the_closed_form() {
+    for camera in 0..6 {
+        let (found, standard_error) = mean_of(|seed| render(&furnace(camera, seed)));
+        // Albedo is stored with an exact mean, emission as RGB9E5 exactly (a power of two). Three standard errors, and
+        // the half floats of the picture.
+        let allowed = 3.0 * standard_error + 1.0 / 2048.0;
+        println!("camera {camera}: {found:.5} +- {standard_error:.5}");
+        assert!((found - 1.0).abs() < allowed, "camera {camera}: {found} is not 1 within {allowed}");
+    }
+}
+
+#[test]
+fn dark_and_bright_walls_keep_their_share_at_every_bounce() {
+    for albedo in [0.2f32, 0.5, 0.9] {
+        let emission = 0.25;
+        let expected = f64::from(emission / (1.0 - albedo));
+        let (found, standard_error) =
+            mean_of(|seed| render_scene(scene::built_in::furnace(albedo, emission), &furnace(0, seed)));
+        let allowed = 3.0 * standard_error + expected / 2048.0;
+        println!("albedo {albedo}: {found:.5} +- {standard_error:.5}, closed form {expected:.5}");
+        assert!(
+            (found - expected).abs() < allowed,
+            "albedo {albedo}: {found} is not {expected} within {allowed}"
+        );
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_and_another_does_not() {
+    let [first, again, other] = [1, 1, 2].map(|seed| render(&furnace(0, seed)));
+    assert_eq!(first.texels(), again.texels());
+    assert_ne!(first.texels(), other.texels());
+}

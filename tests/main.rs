@@ -1,0 +1,9 @@
+//! One test binary, one module per question.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod cli;
+mod furnace;
+mod radiometry;
+mod scenes;
+mod support;

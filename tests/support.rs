@@ -1,0 +1,98 @@
+//! What several questions share: a render on the adapter there is, reference images, shared folders.
+
+use frame::Gpu;
+use frame::cpu::Image;
+use gridlight::pipeline::{Pipeline, Rendered};
+use gridlight::{Progress, RenderSettings, output};
+use std::path::{Path, PathBuf};
+
+/// Linear RGB.
+pub type Picture = Image<[f32; 3]>;
+
+/// The device; a test that needs one fails where there is none.
+pub fn gpu() -> Gpu {
+    Gpu::new(None).expect("this test needs a graphics adapter; `cargo xtask test` installs a software one")
+}
+
+/// One frame, read back, with what else it made.
+pub fn render_with(settings: &RenderSettings) -> (Picture, Rendered, Pipeline) {
+    let pipeline = Pipeline::new(gpu(), settings, Progress::default());
+    render_pipeline(pipeline.unwrap_or_else(|e| panic!("{}: {e}", settings.scene)), settings)
+}
+
+/// One frame of a scene made by the test.
+pub fn render_scene(scene: scene::Scene, settings: &RenderSettings) -> Picture {
+    let pipeline = Pipeline::of_scene(gpu(), scene, settings, Progress::default());
+    render_pipeline(pipeline.unwrap_or_else(|e| panic!("{}: {e}", settings.scene)), settings).0
+}
+
+fn render_pipeline(mut pipeline: Pipeline, settings: &RenderSettings) -> (Picture, Rendered, Pipeline) {
+    let rendered = pipeline.render().unwrap_or_else(|e| panic!("{}: {e}", settings.scene));
+    let picture = output::color(pipeline.gpu(), &rendered.color, rendered.frame.radiance_scale)
+        .unwrap_or_else(|e| panic!("{}: {e}", settings.scene));
+    (picture, rendered, pipeline)
+}
+
+/// One frame, read back.
+pub fn render(settings: &RenderSettings) -> Picture {
+    render_with(settings).0
+}
+
+/// An EXR with channels R, G, B. A missing file fails.
+pub fn read_exr(path: &Path) -> Picture {
+    let read = exr::prelude::read_first_rgba_layer_from_file(
+        path,
+        |size, _| (size.width(), vec![[0f32; 3]; size.width() * size.height()]),
+        |(width, texels), at, (r, g, b, _): (f32, f32, f32, f32)| {
+            texels[at.y() * *width + at.x()] = [r, g, b]
+        },
+    );
+    let image = read.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let (width, texels) = image.layer_data.channel_data.pixels;
+    let height = texels.len() / width;
+    Image::from_texels([width as u32, height as u32], texels).expect("as many texels as the size says")
+}
+
+/// A reference of this name in `tests/data`, with its standard errors.
+pub fn reference(name: &str) -> (Picture, Picture) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    (read_exr(&folder.join(format!("{name}.exr"))), read_exr(&folder.join(format!("{name}.stderr.exr"))))
+}
+
+/// Mean of each channel.
+pub fn mean(picture: &Picture) -> [f64; 3] {
+    let count = picture.texels().len() as f64;
+    [0, 1, 2].map(|c| picture.texels().iter().map(|p| f64::from(p[c])).sum::<f64>() / count)
+}
+
+/// Relative squared error beyond noise: `mean(((x - r)^2 - s_x^2 - s_r^2) / (r^2 + 0.01))`. Ours comes as two independent
+/// pictures, whose product of differences holds no noise of ours to begin with.
+pub fn excess_rel_mse(ours: [&Picture; 2], reference: &Picture, standard_error: &Picture) -> f64 {
+    for picture in ours {
+        assert_eq!(picture.size(), reference.size(), "pictures of one size are compared");
+    }
+    let [a, b] = ours.map(|p| p.texels());
+    let mut sum = 0.0;
+    for (((a, b), r), s) in a.iter().zip(b).zip(reference.texels()).zip(standard_error.texels()) {
+        for c in 0..3 {
+            let (r, s) = (f64::from(r[c]), f64::from(s[c]));
+            sum += ((f64::from(a[c]) - r) * (f64::from(b[c]) - r) - s * s) / (r * r + 0.01);
+        }
+    }
+    sum / (3.0 * reference.texels().len() as f64)
+}
+
+/// A folder beside the repository that holds scenes or references, if it is there and the long tests were asked for
+/// (`cargo xtask test --shared`).
+pub fn shared(folder: &str) -> Option<PathBuf> {
+    if std::env::var_os("GRIDLIGHT_SHARED").is_none() {
+        println!("skipped: GRIDLIGHT_SHARED is not set (cargo xtask test --shared)");
+        return None;
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(folder);
+    if !path.is_dir() {
+        println!("skipped: no folder {}", path.display());
+        return None;
+    }
+    Some(path)
+}

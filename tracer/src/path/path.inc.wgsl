@@ -1,0 +1,150 @@
+// A path between two segments, where its light goes, and what happens at a surface. Needs frame, surface, brdf, noise,
+// lights, sky, and the hit functions of the structure that is traced (`hit_trace`, `hit_leave`, `hit_pass`).
+
+struct Path {
+    // Where the next segment starts, world, m.
+    origin: vec3f,
+    state: u32,
+    // Unit.
+    direction: vec3f,
+    // Length so far of the first segment, m: a pane passed on the way lengthens it.
+    first_distance: f32,
+    throughput: vec3f,
+    _pad0: u32,
+    // Of the solid the path is in, 1/m; zero outside.
+    absorption: vec3f,
+    _pad1: u32,
+}
+
+// Bits of `state`; the number of scatterings so far stands above them.
+const PATH_ALIVE = 1u;
+const PATH_SPECULAR = 2u;
+const PATH_INSIDE = 4u;
+// The first segment's length has not been noted yet.
+const PATH_FIRST = 8u;
+const PATH_BOUNCE_SHIFT = 8u;
+
+@group(1) @binding(30) var<storage, read_write> paths: array<Path>;
+// Two per pixel: diffuse, specular; rgb = sum of demodulated radiance, a = sum of first lengths.
+@group(1) @binding(31) var<storage, read_write> sums: array<vec4f>;
+// One per pixel: paths that started in the diffuse lobe in the low half, in the specular one in the high half.
+@group(1) @binding(32) var<storage, read_write> sample_counts: array<u32>;
+// Pairs (low, high word) in the order of the tally.
+@group(1) @binding(33) var<storage, read_write> counters: array<atomic<u32>>;
+
+const TALLY_RAYS = 0u;
+const TALLY_CUT = 1u;
+const TALLY_ITERATIONS = 2u;
+const TALLY_PATHS = 3u;
+const TALLY_COUNT = 4u;
+var<workgroup> tally: array<atomic<u32>, TALLY_COUNT>;
+
+// Adds the workgroup's tally to the 64-bit counters. Every invocation of the group calls it once, at the end.
+fn path_count(local: u32) {
+    workgroupBarrier();
+    if (local < TALLY_COUNT) {
+        let add = atomicLoad(&tally[local]);
+        if (add > 0u) {
+            let before = atomicAdd(&counters[2u * local], add);
+            if (before + add < before) {
+                atomicAdd(&counters[2u * local + 1u], 1u);
+            }
+        }
+    }
+}
+
+fn path_pixel(index: u32) -> vec2u {
+    return vec2u(index % frame.trace_size.x, index / frame.trace_size.x);
+}
+
+// Probability of starting in the diffuse lobe: by luminance, kept in 0.1..0.9 where both lobes are there.
+fn path_diffuse_probability(diffuse: vec3f, specular: vec3f, has_specular: bool) -> f32 {
+    let d = brdf_luminance(diffuse);
+    if (!has_specular) {
+        return 1.0;
+    }
+    if (d <= 0.0) {
+        return 0.0;
+    }
+    return clamp(d / (d + brdf_luminance(specular)), 0.1, 0.9);
+}
+
+// The surface with its diffuse modulator left out: f_d / M_d.
+fn path_demodulated(surface: Surface) -> Surface {
+    var s = surface;
+    s.base = vec3f(1.0);
+    s.metalness = 0.0;
+    s.transmission = 0.0;
+    return s;
+}
+
+struct PathScatter {
+    wi: vec3f,
+    // f cos / p, over M_d for a diffuse sample.
+    weight: vec3f,
+    transmitted: bool,
+    valid: bool,
+}
+
+fn path_scatter(surface: Surface, wo: vec3f, face: vec3f, specular: bool, u: vec3f, inside: bool) -> PathScatter {
+    var sample: BrdfSample;
+    if (specular) {
+        sample = brdf_sample_specular(surface, wo, u, inside);
+    } else {
+        sample = brdf_sample_diffuse(path_demodulated(surface), wo, u.xy);
+    }
+    // A normal map can aim a reflection below the surface, where there is no light to be had.
+    let below = !sample.transmitted && dot(sample.wi, face) <= 0.0;
+    return PathScatter(sample.wi, sample.weight, sample.transmitted, sample.valid && !below);
+}
+
+// Share of light that arrives along a shadow ray: cut-outs, blends and thin panes let theirs through.
+fn path_visibility(from_point: vec3f, wi: vec3f, distance: f32) -> vec3f {
+    var visibility = vec3f(1.0);
+    var origin = from_point;
+    var left = distance;
+    var fresh = true;
+    for (var passed = 0u; passed < PATH_PASSES; passed += 1u) {
+        let hit = hit_trace(origin, wi, left, fresh);
+        fresh = false;
+        if (!hit.found) {
+            return visibility;
+        }
+        let s = hit.surface;
+        var through = vec3f(1.0 - s.coverage);
+        if (s.thin && s.transmission > 0.0) {
+            let facet = brdf_facet(s, min(abs(dot(s.normal, wi)), 1.0), false);
+            through += s.coverage * facet.transmitted;
+        }
+        visibility *= through;
+        if (max(visibility.x, max(visibility.y, visibility.z)) <= 0.0) {
+            return vec3f(0.0);
+        }
+        origin = hit_pass(origin + hit.distance * wi, hit, wi);
+        left -= hit.distance;
+    }
+    return vec3f(0.0);
+}
+
+// What one shadow ray finds, times f cos, per lobe: x diffuse over M_d, y specular.
+struct PathLight {
+    diffuse: vec3f,
+    specular: vec3f,
+}
+
+fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, origin: vec3f) -> PathLight {
+    let cosine = dot(surface.normal, sample.wi);
+    // Seen from below its shading normal's horizon a surface is black, as for the samples of its lobes.
+    if (min(cosine, dot(surface.normal, wo)) < BRDF_LEAST_COSINE || dot(face, sample.wi) <= 0.0 || max(sample.irradiance.x, max(sample.irradiance.y, sample.irradiance.z)) <= 0.0) {
+        return PathLight(vec3f(0.0), vec3f(0.0));
+    }
+    atomicAdd(&tally[TALLY_RAYS], 1u);
+    let arriving = sample.irradiance * cosine * path_visibility(origin, sample.wi, sample.distance);
+    let specular = brdf_eval(surface, wo, sample.wi).specular;
+    return PathLight(arriving * brdf_diffuse(path_demodulated(surface), wo, sample.wi) / BRDF_PI, arriving * specular);
+}
+
+fn path_roughness_samples(surface: Surface, most: u32) -> u32 {
+    let rougher = max(surface.roughness.x, surface.roughness.y);
+    return clamp(1u + u32(5.0 * rougher + 0.5), 1u, most);
+}

@@ -1,0 +1,108 @@
+// One segment of every living path: what it meets, the light it finds there, where it goes next. See mod.rs.
+
+@group(0) @binding(1) var<uniform> params: PathParams;
+
+// Returns the radiance found, demodulated by the path's throughput; the path is advanced or ended.
+fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
+    var found = vec3f(0.0);
+    var fresh = true;
+    // A pane, a cut-out or a blend that is passed uses up no bounce and stays in this segment.
+    for (var passed = 0u; passed < PATH_PASSES; passed += 1u) {
+        let bounce = (*path).state >> PATH_BOUNCE_SHIFT;
+        let serial = params.first_sample + params.sample;
+        let block = 4u * (bounce + 1u) + 4096u * passed;
+        atomicAdd(&tally[TALLY_RAYS], 1u);
+        let hit = hit_trace((*path).origin, (*path).direction, 4.0 * frame.diagonal, fresh);
+        fresh = false;
+        if (!hit.found) {
+            found += (*path).throughput * sky_radiance((*path).direction);
+            (*path).first_distance += frame.diagonal;
+            (*path).state &= ~PATH_ALIVE;
+            return found;
+        }
+        let wo = -(*path).direction;
+        let point = (*path).origin - hit.distance * wo;
+        (*path).first_distance += hit.distance;
+        var surface = hit.surface;
+        let front = dot(surface.normal, wo) > 0.0;
+        let solid = surface.transmission > 0.0 && !surface.thin;
+        // Which side of glass this is, its normal says: thin glass can be crossed without its far side being met.
+        let inside = solid && !front;
+        if (((*path).state & PATH_INSIDE) != 0u && (inside || !solid)) {
+            (*path).throughput *= exp(-(*path).absorption * hit.distance);
+        }
+        let u = noise_at(pixel, serial, block);
+        if (u.w >= surface.coverage) {
+            (*path).origin = hit_pass(point, hit, (*path).direction);
+            continue;
+        }
+        if (front) {
+            found += (*path).throughput * surface.emission;
+        } else {
+            surface.normal = -surface.normal;
+            surface.handedness = -surface.handedness;
+        }
+
+        let m_diffuse = brdf_diffuse_albedo(surface);
+        let m_specular = brdf_modulators(surface, max(dot(surface.normal, wo), 0.0), brdf_table).specular;
+        let q = path_diffuse_probability(m_diffuse, m_specular, brdf_has_specular(surface));
+        let more = bounce < params.bounces;
+        if (more && params.lights > 0u) {
+            let v = noise_at(pixel, serial, block + 1u);
+            let sample = light_sample(0u, params.lights, point, v.xy);
+            let light = path_light(surface, wo, hit.face, sample, hit_leave(point, hit, sample.wi));
+            found += (*path).throughput * (m_diffuse * light.diffuse + light.specular);
+        }
+
+        let specular = u.z >= q;
+        // What is left of the number once it chose the lobe, uniform again; below 1 whatever the division rounds to.
+        let rest = min((u.z - q) / max(1.0 - q, 1e-6), 0.99999994);
+        let scatter = path_scatter(surface, wo, hit.face, specular, vec3f(u.xy, rest), inside);
+        let passes = scatter.transmitted && brdf_is_straight(surface);
+        if (!scatter.valid || (!more && !passes)) {
+            (*path).state &= ~PATH_ALIVE;
+            return found;
+        }
+        (*path).throughput *= scatter.weight * select(m_diffuse / max(q, 1e-6), vec3f(1.0 / max(1.0 - q, 1e-6)), specular);
+        (*path).direction = scatter.wi;
+        if (solid) {
+            let now_inside = inside != scatter.transmitted;
+            (*path).state = ((*path).state & ~PATH_INSIDE) | select(0u, PATH_INSIDE, now_inside);
+            (*path).absorption = surface.absorption;
+        }
+        if (passes) {
+            (*path).origin = hit_pass(point, hit, scatter.wi);
+            continue;
+        }
+        (*path).origin = hit_leave(point, hit, scatter.wi);
+        (*path).state += 1u << PATH_BOUNCE_SHIFT;
+        if (bounce >= params.roulette_from) {
+            let survival = clamp(max((*path).throughput.x, max((*path).throughput.y, (*path).throughput.z)), 0.05, 0.95);
+            if (noise_at(pixel, serial, block + 2u).x >= survival) {
+                (*path).state &= ~PATH_ALIVE;
+                return found;
+            }
+            (*path).throughput /= survival;
+        }
+        return found;
+    }
+    (*path).state &= ~PATH_ALIVE;
+    return found;
+}
+
+@compute @workgroup_size(8, 8)
+fn path_segment(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    if (all(id.xy < frame.trace_size)) {
+        let index = id.y * frame.trace_size.x + id.x;
+        var path = paths[index];
+        for (var segment = 0u; segment < params.segments && (path.state & PATH_ALIVE) != 0u; segment += 1u) {
+            let first = (path.state & PATH_FIRST) != 0u;
+            let found = segment_advance(&path, id.xy);
+            let length = select(0.0, min(path.first_distance, frame.diagonal), first);
+            path.state &= ~PATH_FIRST;
+            sums[2u * index + ((path.state & PATH_SPECULAR) >> 1u)] += vec4f(found, length);
+        }
+        paths[index] = path;
+    }
+    path_count(local);
+}

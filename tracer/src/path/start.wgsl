@@ -1,0 +1,75 @@
+// First vertex of one path per pixel: light samples, a lobe, a direction. See mod.rs.
+
+@group(0) @binding(1) var<uniform> params: PathParams;
+@group(2) @binding(0) var in_surface: texture_2d<u32>;
+@group(2) @binding(1) var in_distance: texture_2d<f32>;
+@group(2) @binding(2) var in_face_normal: texture_2d<u32>;
+@group(2) @binding(3) var in_motion_id: texture_2d<u32>;
+
+fn start_path(index: u32, pixel: vec2u, distance: f32) -> Path {
+    var path: Path;
+    let surface = surface_unpack_gbuffer(textureLoad(in_surface, pixel, 0));
+    let face = surface_face_normal_unpack(textureLoad(in_face_normal, pixel, 0).x);
+    let is_back = (textureLoad(in_motion_id, pixel, 0).y & 0x80000000u) != 0u;
+    let inside = is_back && surface.transmission > 0.0 && !surface.thin;
+    let wo = -frame_view_direction(vec2f(pixel) + 0.5 + frame.jitter, frame.trace_size);
+    let point = frame.eye - distance * wo;
+
+    var of_pixel = params.samples;
+    if (params.by_roughness != 0u) {
+        of_pixel = path_roughness_samples(surface, params.samples);
+    }
+    if (params.sample >= of_pixel) {
+        return path;
+    }
+    atomicAdd(&tally[TALLY_PATHS], 1u);
+
+    let m = brdf_modulators(surface, max(dot(surface.normal, wo), 0.0), brdf_table);
+    let q = path_diffuse_probability(m.diffuse, m.specular, brdf_has_specular(surface));
+    let serial = params.first_sample + params.sample;
+
+    // Where the sun is somebody else's, the first hit leaves it out.
+    let first_light = select(0u, 1u, frame.sun_elsewhere != 0u && lights[0].kind == LIGHT_SUN);
+    if (params.lights > first_light) {
+        let u = noise_at(pixel, serial, 1u);
+        let sample = light_sample(first_light, params.lights, point, u.xy);
+        let found = path_light(surface, wo, face, sample, hit_start(point, face, face));
+        sums[2u * index] += vec4f(found.diffuse, 0.0);
+        sums[2u * index + 1u] += vec4f(found.specular / m.specular, 0.0);
+    }
+
+    // Stratified over the pixel's samples, so that n samples give each lobe its share to within one.
+    let u = noise_at(pixel, serial, 0u);
+    let turn = noise_at(pixel, params.first_sample, 2u).x;
+    let specular = fract(turn + f32(params.sample) / f32(of_pixel)) >= q;
+    sample_counts[index] += select(1u, 0x10000u, specular);
+    let scatter = path_scatter(surface, wo, face, specular, vec3f(noise_stratified(pixel, serial), u.z), inside);
+    if (!scatter.valid) {
+        return path;
+    }
+    path.origin = hit_start(point, face, select(face, -face, scatter.transmitted));
+    path.direction = scatter.wi;
+    path.throughput = scatter.weight / select(vec3f(q), (1.0 - q) * m.specular, specular);
+    let passes = scatter.transmitted && brdf_is_straight(surface);
+    let now_inside = inside != (scatter.transmitted && !surface.thin);
+    if (now_inside) {
+        path.absorption = surface.absorption;
+    }
+    path.state = PATH_ALIVE | PATH_FIRST | select(0u, PATH_SPECULAR, specular) | select(0u, PATH_INSIDE, now_inside)
+        | (select(1u, 0u, passes) << PATH_BOUNCE_SHIFT);
+    return path;
+}
+
+@compute @workgroup_size(8, 8)
+fn path_start(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    if (all(id.xy < frame.trace_size)) {
+        let index = id.y * frame.trace_size.x + id.x;
+        let distance = textureLoad(in_distance, id.xy, 0).x;
+        var path: Path;
+        if (distance > 0.0) {
+            path = start_path(index, id.xy, distance);
+        }
+        paths[index] = path;
+    }
+    path_count(local);
+}

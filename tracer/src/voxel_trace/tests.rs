@@ -1,0 +1,6 @@
+//! The device against its twin, and both against what is known in closed form.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod closed_forms;
+mod fixture;
+mod twin;

@@ -1,0 +1,247 @@
+//! Keeps the power of each emitter: the factor that every voxel's emission is multiplied with.
+//!
+//! Paper: voxels hold "emissivity"; it says nothing about power, which a voxel's cube would change.
+//!
+//! In: the mesh (world, m) as it is on the device, and which objects glow. Out: per voxel of an emitter a factor, handed
+//! to the list that resolve reads. Two steps, both on the CPU with the raster reference, each emitter alone:
+//!
+//! 1. **Share**: the part of the voxel's column, along the winner's axis, that the object's triangles cover on the
+//!    winner's side, 0..1. Triangles count for the cell that their plane passes at the column's centre; so the two
+//!    triangles of a quadrilateral add up along their diagonal.
+//! 2. **Factor** of the emitter: [`flux`] counts what the voxels give off against the triangles' area. A factor that
+//!    differs from 1 by less than the noise of so many independent lines stays 1.
+//!
+//! Emission is taken as uniform over the object; a texture's pattern is in the records. Where emitters share a cell the
+//! winner's factor counts. An emitter that covers no column's centre has no voxels: it is lost, and counted.
+//!
+//! [`LINES`] lines are cast per emitter while there are at most 16; beyond, [`ALL_LINES`] are shared, down to 2^10 each
+//! from 4,096 emitters on.
+
+pub mod flux;
+#[cfg(test)]
+mod tests;
+
+use crate::Grid;
+use crate::grid::{GRID_WGSL, Layout};
+use crate::raster::reference::Columns;
+use crate::structure::rows;
+use flux::{Lamp, Lit};
+use frame::scene_gpu::{GpuMesh, GpuScene};
+use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, surface};
+use glam::{IVec3, Vec3};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Lines per emitter.
+pub const LINES: u32 = 1 << 18;
+/// Lines of all emitters together, but for the least that each gets.
+pub const ALL_LINES: u32 = 1 << 22;
+const LEAST_LINES: u32 = 1 << 10;
+
+/// Numbers of the lines that factors are counted with.
+const SEED: u32 = 1;
+
+frame::gpu_struct! {
+    /// See `emitters.wgsl`.
+    pub struct EmittersParams {
+        /// Voxels of emitters.
+        pub count: u32,
+        /// Invocations per row of the dispatch.
+        pub row: u32,
+        /// Records before the batch.
+        pub first_record: u32,
+        /// Records of the batch.
+        pub record_count: u32,
+    }
+}
+
+/// The pass that hands factors to records.
+pub(crate) struct Emitters {
+    kernel: Kernel,
+}
+
+/// Factors of all emitters.
+pub(crate) struct Factors {
+    voxels: Buffer,
+    count: u32,
+    /// Emitters without a single voxel.
+    pub(crate) lost: u32,
+}
+
+impl Emitters {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, KernelError> {
+        let kernel = Kernel::new(
+            gpu,
+            &KernelDesc {
+                name: "voxel/emitters",
+                sources: &[GRID_WGSL, include_str!("emitters.wgsl")],
+                entry: "emitters",
+                workgroup: [64, 1, 1],
+                bindings: &[
+                    Bind::uniform::<EmittersParams>(0, 1, "params"),
+                    Bind::storage_read(1, 16, "grid_structure"),
+                    Bind::uniform::<Grid>(1, 18, "grid"),
+                    Bind::storage_read(2, 0, "in_voxels"),
+                    Bind::storage(3, 0, "out_list"),
+                ],
+                constants: &[],
+            },
+        )?;
+        Ok(Self { kernel })
+    }
+
+    /// Counts all emitters; none where nothing glows.
+    pub(crate) fn factors(
+        gpu: &Gpu,
+        scene: &GpuScene,
+        mesh: &GpuMesh,
+        layout: &Layout,
+    ) -> Result<Option<Factors>, GpuError> {
+        if scene.emitters.is_empty() || mesh.triangle_count == 0 {
+            return Ok(None);
+        }
+        let read = ReadMesh::new(gpu, scene, mesh)?;
+        let (voxels, lost) = factors(layout, &read);
+        let buffer = gpu.storage(Room::Voxels, "Emitters::voxels", &voxels)?;
+        Ok(Some(Factors { voxels: buffer, count: voxels.len() as u32, lost }))
+    }
+
+    /// Hands the factors of a batch's records to their list.
+    pub(crate) fn record(
+        &self,
+        recorder: &mut Recorder<'_>,
+        factors: &Factors,
+        structure: &Buffer,
+        uniform: &Buffer,
+        records: std::ops::Range<u32>,
+        list: &Buffer,
+    ) {
+        if factors.count == 0 {
+            return;
+        }
+        let (workgroups, row) = rows(factors.count);
+        let (first_record, record_count) = (records.start, records.len() as u32);
+        let params = recorder.uniform(&EmittersParams { count: factors.count, row, first_record, record_count });
+        let [structure, uniform, voxels, list] =
+            [structure, uniform, &factors.voxels, list].map(|b| b.as_entire_binding());
+        let resources = [params.binding(), structure, uniform, voxels, list];
+        recorder.compute("voxel/emitters", &self.kernel, &resources, workgroups);
+    }
+}
+
+/// The glowing part of a mesh, read back.
+struct ReadMesh {
+    vertices: Vec<u32>,
+    stride: usize,
+    /// Number and vertices of each triangle, by object.
+    objects: BTreeMap<u32, Vec<(u32, [u32; 3])>>,
+}
+
+impl ReadMesh {
+    fn new(gpu: &Gpu, scene: &GpuScene, mesh: &GpuMesh) -> Result<Self, GpuError> {
+        // A triangle's record has 16 bits for its object.
+        let mut objects: BTreeMap<_, _> =
+            scene.emitters.iter().map(|e| (e.object.min(0xffff), Vec::new())).collect();
+        let triangles: Vec<[u32; 4]> = gpu.read_buffer(&mesh.triangles)?;
+        for (number, [a, b, c, names]) in (0..mesh.triangle_count).zip(triangles) {
+            if let Some(object) = objects.get_mut(&(names >> 16)) {
+                object.push((number, [a, b, c]));
+            }
+        }
+        Ok(Self { vertices: gpu.read_buffer(&mesh.vertices)?, stride: mesh.layout.stride as usize, objects })
+    }
+
+    /// The first words of a vertex: position and packed normal. Zeros where a triangle names none.
+    fn vertex(&self, vertex: u32) -> (Vec3, Vec3) {
+        let words = self.vertices.get(vertex as usize * self.stride..).and_then(|words| words.first_chunk());
+        let [x, y, z, normal] = words.copied().unwrap_or([0; 4]);
+        (Vec3::from([x, y, z].map(f32::from_bits)), surface::face_normal_unpack(normal))
+    }
+}
+
+/// A triangle's part in a column.
+struct Part {
+    cell: IVec3,
+    /// Axis and side.
+    side: u32,
+    cover: f32,
+    /// Of the cell, if the column's centre is covered.
+    vote: Option<(u32, Vec3)>,
+}
+
+/// One emitter's voxels with the keys they won with.
+struct Counted {
+    voxels: Vec<(Lit, u32)>,
+    factor: f32,
+}
+
+/// Cell and factor of every emitter's voxels, and how many emitters have none.
+fn factors(layout: &Layout, mesh: &ReadMesh) -> (Vec<[u32; 4]>, u32) {
+    let objects: Vec<_> = mesh.objects.values().collect();
+    let lines = (ALL_LINES / (objects.len() as u32).max(1)).clamp(LEAST_LINES, LINES);
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        while let Some(triangles) = objects.get(next.fetch_add(1, Ordering::Relaxed)) {
+            done.push(count(layout, mesh, triangles, lines));
+        }
+        done
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(objects.len());
+    let counted: Vec<Counted> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().flat_map(|w| w.join().unwrap_or_else(|e| std::panic::resume_unwind(e))).collect()
+    });
+    let lost = counted.iter().filter(|c| c.voxels.is_empty()).count() as u32;
+    // The key decides between emitters in one cell, whatever order threads finished in.
+    let mut winners: HashMap<IVec3, (u32, f32)> = HashMap::new();
+    for emitter in &counted {
+        for (lit, key) in &emitter.voxels {
+            let won = (*key, lit.share * emitter.factor);
+            winners.entry(lit.cell).and_modify(|w| *w = if won.0 < w.0 { won } else { *w }).or_insert(won);
+        }
+    }
+    let voxels = winners.into_iter().map(|(cell, (_, factor))| {
+        [cell.x as u32, cell.y as u32, cell.z as u32, factor.to_bits()]
+    });
+    (voxels.collect(), lost)
+}
+
+fn count(layout: &Layout, mesh: &ReadMesh, triangles: &[(u32, [u32; 3])], lines: u32) -> Counted {
+    let (mut parts, mut area) = (Vec::new(), 0.0);
+    for &(number, vertices) in triangles {
+        let corners = vertices.map(|v| mesh.vertex(v));
+        let [a, b, c] = corners.map(|(position, _)| (position / layout.voxel_size).as_dvec3());
+        area += 0.5 * (b - a).cross(c - a).length();
+        let Some(columns) = Columns::new(layout, corners.map(|(position, _)| position)) else { continue };
+        let [us, vs] = columns.bounds(layout);
+        for (u, v) in vs.flat_map(|v| us.clone().map(move |u| (u, v))) {
+            let cover = columns.cover(u, v) as f32;
+            let cell = columns.cell(u, v);
+            if cover <= 0.0 || !layout.contains(cell) {
+                continue;
+            }
+            let vote = columns.covers(u, v).then(|| {
+                let weights = columns.weights(u, v);
+                let face = (b - a).cross(c - a).as_vec3();
+                let [m, n, o] = corners.map(|(_, normal)| normal);
+                let normal = weights.x * m + weights.y * n + weights.z * o;
+                (columns.key(u, v, 0, number), normal.try_normalize().unwrap_or(face.normalize_or_zero()))
+            });
+            parts.push(Part { cell, side: 2 * columns.axis as u32 + u32::from(columns.faces_up), cover, vote });
+        }
+    }
+    parts.sort_unstable_by_key(|p| (p.cell.to_array(), p.vote.map_or(u32::MAX, |(key, _)| key)));
+    let mut voxels = Vec::new();
+    for in_cell in parts.chunk_by(|a, b| a.cell == b.cell) {
+        if let Some(Part { cell, side, vote: Some((key, normal)), .. }) = in_cell.first() {
+            let cover: f32 = in_cell.iter().filter(|p| p.side == *side).map(|p| p.cover).sum();
+            voxels.push((Lit { cell: *cell, normal: *normal, share: cover.min(1.0) }, *key));
+        }
+    }
+    let lit: Vec<Lit> = voxels.iter().map(|(lit, _)| *lit).collect();
+    let counted = Lamp::new(&lit).map_or(0.0, |lamp| lamp.area(lines, SEED));
+    let factor = if counted > 0.0 { (area / counted) as f32 } else { 1.0 };
+    let noise = 1.0 / (lines as f32).sqrt();
+    Counted { voxels, factor: if (factor - 1.0).abs() < noise { 1.0 } else { factor } }
+}

@@ -1,0 +1,221 @@
+// The sparse voxel grid and the walk through it. Layout, units and the rule of a step: mod.rs beside this file, which
+// also prints the constants GRID_* above this text.
+
+struct Grid {
+    // World position of the low corner of cell 0, m.
+    origin: vec3f,
+    // Side of a cell, m.
+    voxel_size: f32,
+    // Per axis.
+    cells: vec3i,
+    // 0: h(n), 1: one voxel.
+    elevation: u32,
+    // Bricks of 8^3 cells per axis.
+    bricks: vec3i,
+    // First word of the brick table.
+    table_at: u32,
+    // Groups of 4^3 bricks per axis.
+    groups: vec3i,
+    // First word of the groups' masks.
+    groups_at: u32,
+    // Regions of 4^3 groups per axis.
+    regions: vec3i,
+    // First word of the bricks.
+    bricks_at: u32,
+}
+
+@group(1) @binding(16) var<storage, read> grid_structure: array<u32>;
+@group(1) @binding(17) var<storage, read> grid_records: array<vec4u>;
+@group(1) @binding(18) var<uniform> grid: Grid;
+
+struct GridHit {
+    hit: bool,
+    // Metres along the unit direction.
+    distance: f32,
+    cell: vec3i,
+    // Index into grid_records.
+    record: u32,
+    // Of the face it was entered through; 3 = the ray started inside.
+    axis: u32,
+    iterations: u32,
+    // The step limit ended the walk. It never should.
+    cut: bool,
+}
+
+// Components of a direction below this (2^-40) do not move: their inverse is never formed.
+const GRID_STILL = 9.094947e-13;
+// Stands for "never" among parameters of a ray, in voxels.
+const GRID_FAR = 1e30;
+// No ray is followed farther than this, in voxels: a bound that keeps t_max / voxel_size finite.
+const GRID_LONGEST = 1e12;
+
+fn grid_index(p: vec3i, size: vec3i) -> u32 {
+    return u32(p.x + size.x * (p.y + size.y * p.z));
+}
+
+// Side of the largest empty aligned block of a 4^3 mask that holds p (0..3 per axis): 0 = p is occupied, 1, 2 or 4.
+fn grid_empty_side(mask: vec2u, p: vec3i) -> i32 {
+    if ((mask.x | mask.y) == 0u) {
+        return 4;
+    }
+    // Two z layers per word, so that an aligned 2^3 block never spans words.
+    let layers = select(mask.x, mask.y, p.z >= 2);
+    let bit = u32(p.x + 4 * p.y + 16 * (p.z & 1));
+    if (((layers >> bit) & 1u) != 0u) {
+        return 0;
+    }
+    let corner = u32((p.x & 2) + 4 * (p.y & 2));
+    return select(1, 2, ((layers >> corner) & 0x00330033u) == 0u);
+}
+
+fn grid_mask(at: u32) -> vec2u {
+    return vec2u(grid_structure[at], grid_structure[at + 1u]);
+}
+
+// Which of a brick's eight 4^3 masks holds the cell, in Morton order.
+fn grid_part(cell: vec3i) -> u32 {
+    let p = (cell >> vec3u(2u)) & vec3i(1);
+    return u32(p.x + 2 * p.y + 4 * p.z);
+}
+
+// Where a cell stands among the 512 of its brick: by mask, then by bit.
+fn grid_cell_index(cell: vec3i) -> u32 {
+    let p = cell & vec3i(3);
+    return 64u * grid_part(cell) + u32(p.x + 4 * p.y + 16 * p.z);
+}
+
+// The cell that stands there in a brick, given by the index of its brick cell.
+fn grid_cell(brick: u32, index: u32) -> vec3i {
+    let size = vec3u(grid.bricks);
+    let corner = vec3u(brick, brick / size.x, brick / (size.x * size.y)) % vec3u(size.xy, 0xffffffffu);
+    let part = (vec3u(index) >> vec3u(6u, 7u, 8u)) & vec3u(1u);
+    let p = (vec3u(index) >> vec3u(0u, 2u, 4u)) & vec3u(3u);
+    return vec3i(8u * corner + 4u * part + p);
+}
+
+// First word of the brick that holds the cell; the brick must not be empty.
+fn grid_brick_at(cell: vec3i) -> u32 {
+    let slot = grid_structure[grid.table_at + grid_index(cell >> vec3u(3u), grid.bricks)];
+    return grid.bricks_at + GRID_BRICK_WORDS * slot;
+}
+
+// Side of the largest empty block around a cell of the grid, a power of two up to 128; 0 = the cell is occupied.
+fn grid_block(cell: vec3i) -> i32 {
+    let group = cell >> vec3u(5u);
+    let bricks = grid_empty_side(grid_mask(grid.groups_at + 2u * grid_index(group, grid.groups)), (cell >> vec3u(3u)) & vec3i(3));
+    if (bricks == 0) {
+        return grid_empty_side(grid_mask(grid_brick_at(cell) + 2u * grid_part(cell)), cell & vec3i(3));
+    }
+    if (bricks < 4) {
+        return 8 * bricks;
+    }
+    let region = cell >> vec3u(7u);
+    return 32 * grid_empty_side(grid_mask(2u * grid_index(region, grid.regions)), group & vec3i(3));
+}
+
+fn grid_occupied(cell: vec3i) -> bool {
+    if (any(cell < vec3i(0)) || any(cell >= grid.cells)) {
+        return false;
+    }
+    return grid_block(cell) == 0;
+}
+
+// Index of an occupied cell's record: base of its brick, voxels in the masks before its own, bits before its own.
+fn grid_record(cell: vec3i) -> u32 {
+    let brick = grid_brick_at(cell);
+    let part = grid_part(cell);
+    let mask = grid_mask(brick + 2u * part);
+    let prefix = (grid_structure[brick + GRID_PREFIX_WORD + part / 2u] >> (16u * (part & 1u))) & 0xffffu;
+    let p = cell & vec3i(3);
+    let below = (1u << u32(p.x + 4 * p.y + 16 * (p.z & 1))) - 1u;
+    let rank = select(countOneBits(mask.x & below), countOneBits(mask.x) + countOneBits(mask.y & below), p.z >= 2);
+    return grid_structure[brick + GRID_BASE_WORD] + prefix + rank;
+}
+
+// How far above a surface a path starts, m: the least distance along its unit face normal that is surely outside the
+// surface's own voxels, (|n|_1 + |n|_inf) / 2 voxels; the paper says one voxel.
+fn grid_elevation(n: vec3f) -> f32 {
+    let a = abs(n);
+    let height = 0.5 * (a.x + a.y + a.z + max(a.x, max(a.y, a.z)));
+    return grid.voxel_size * select(1.0, height, grid.elevation == 0u);
+}
+
+// The first occupied cell along a ray. `origin` in the world, `direction` unit, `t_max` in metres.
+// skip = 0: a start inside an occupied cell is a hit at distance 0. skip = n > 0: first leave what the start lies in;
+// up to n occupied cells are walked through until the first empty one, hits count from then on.
+fn grid_trace(origin: vec3f, direction: vec3f, t_max: f32, skip: u32) -> GridHit {
+    var hit = GridHit(false, t_max, vec3i(0), 0u, 3u, 0u, false);
+    let o = (origin - grid.origin) / grid.voxel_size;
+    let limit = min(t_max, GRID_LONGEST * grid.voxel_size) / grid.voxel_size;
+    let still = abs(direction) < vec3f(GRID_STILL);
+    let forward = direction > vec3f(0.0);
+    let inverse = select(1.0 / select(direction, vec3f(1.0), still), vec3f(0.0), still);
+
+    // Where the ray is inside the grid's box.
+    let size = vec3f(grid.cells);
+    if (any(still & ((o < vec3f(0.0)) | (o >= size)))) {
+        return hit;
+    }
+    let enter = select((select(size, vec3f(0.0), forward) - o) * inverse, vec3f(-GRID_FAR), still);
+    let leave = select((select(vec3f(0.0), size, forward) - o) * inverse, vec3f(GRID_FAR), still);
+    let entered = max(enter.x, max(enter.y, enter.z));
+    var t = max(entered, 0.0);
+    if (t >= min(leave.x, min(leave.y, leave.z)) || t > limit) {
+        return hit;
+    }
+    var cell = clamp(vec3i(floor(o + t * direction)), vec3i(0), grid.cells - 1);
+    if (entered > 0.0) {
+        let x = enter.x >= enter.y && enter.x >= enter.z;
+        let y = !x && enter.y >= enter.z;
+        cell = select(cell, select(grid.cells - 1, vec3i(0), forward), vec3<bool>(x, y, !x && !y));
+        hit.axis = select(select(2u, 1u, y), 0u, x);
+    }
+
+    var left = skip;
+    var armed = skip == 0u;
+    let most = GRID_STEPS_PER_CELL * u32(max(grid.cells.x, max(grid.cells.y, grid.cells.z)));
+    for (var i = 0u; i < most; i += 1u) {
+        hit.iterations += 1u;
+        let empty = grid_block(cell);
+        if (empty == 0) {
+            if (armed || left == 0u) {
+                hit.hit = true;
+                hit.distance = min(t * grid.voxel_size, t_max);
+                hit.cell = cell;
+                hit.record = grid_record(cell);
+                return hit;
+            }
+            left -= 1u;
+        } else {
+            armed = true;
+        }
+        // To the neighbour across the first exit plane of the block. The other two coordinates come from the position
+        // on that plane, but never leave the block and never go back: round-off cannot derail the walk.
+        let side = max(empty, 1);
+        let low = cell & vec3i(-side);
+        let high = low + side;
+        let exits = select((vec3f(select(low, high, forward)) - o) * inverse, vec3f(GRID_FAR), still);
+        let x = exits.x <= exits.y && exits.x <= exits.z;
+        let y = !x && exits.y <= exits.z;
+        t = max(t, select(select(exits.z, exits.y, y), exits.x, x));
+        if (t > limit) {
+            return hit;
+        }
+        let there = clamp(vec3i(floor(o + t * direction)), low, high - 1);
+        let onward = select(min(there, cell), max(there, cell), forward);
+        cell = select(onward, select(low - 1, high, forward), vec3<bool>(x, y, !x && !y));
+        hit.axis = select(select(2u, 1u, y), 0u, x);
+        if (any(cell < vec3i(0)) || any(cell >= grid.cells)) {
+            return hit;
+        }
+    }
+    hit.cut = true;
+    return hit;
+}
+
+// Where a ray entered the cell it hit, in the world; exactly on the cell's face.
+fn grid_hit_position(origin: vec3f, direction: vec3f, hit: GridHit) -> vec3f {
+    let along = origin + hit.distance * direction;
+    let face = grid.origin + grid.voxel_size * vec3f(select(hit.cell + 1, hit.cell, direction > vec3f(0.0)));
+    return select(along, face, vec3<bool>(hit.axis == 0u, hit.axis == 1u, hit.axis == 2u));
+}

@@ -1,0 +1,137 @@
+//! The sparse voxel grid: which cells are occupied, and how a ray finds the first of them.
+//!
+//! Paper: "uni-directional path tracing", through the grid that voxelizing filled.
+//!
+//! In: occupancy by cell. Out: for a ray in the world (metres, unit direction) the first occupied cell, the distance to
+//! its face in metres and the index of its record. Grid space has its origin at the low corner of cell 0 and the cell
+//! as its unit.
+//!
+//! # Layout
+//! A brick is 8^3 cells, a group 4^3 bricks, a region 4^3 groups. Each of these holds 64-bit masks over 4^3 children,
+//! bit `x + 4 y + 16 z`, so that a mask tells empty blocks of 1, 2 and 4 children. One buffer of words holds, in order:
+//!
+//! | section | per | words |
+//! | --- | --- | --- |
+//! | regions | region, x fastest | mask over groups, 2 |
+//! | groups | group, x fastest | mask over bricks, 2 |
+//! | table | brick cell, x fastest | the brick's slot, or [`EMPTY`] |
+//! | bricks | slot | 8 masks over 4^3 cells in Morton order, 16; index of the first record, 1; voxels in the masks before each mask, 16 bits each, 4 |
+//!
+//! The record of a cell is `base + voxels in earlier masks + bits before its own`: records are compact.
+//!
+//! # A step
+//! State is the cell `c`, an integer. With `[lo, lo + s)` the largest empty block that holds it, the exit planes are
+//! `b_k = lo_k + (d_k > 0 ? s : 0)` at `t_k = (b_k - o_k) / d_k`; the axis is the first one with the least `t_k`. On that
+//! axis the cell becomes the one across the plane, on the others `floor(o_k + t d_k)`, clamped to the block and never
+//! behind `c_k`. So every step moves at least one cell, whatever rounding does, and a ray takes at most 3 R of them. No
+//! distance is accumulated, no epsilon is added; components below 2^-40 never form an inverse.
+//!
+//! Departs from the paper: it stores voxels in a dense image; this holds occupied cells only.
+
+mod layout;
+pub mod reference;
+#[cfg(test)]
+mod tests;
+
+pub use layout::{Layout, SNAP};
+
+use frame::{Bind, Buffer};
+use glam::Vec3;
+
+/// Numbers that Rust and shaders share, each written once.
+macro_rules! shared_constants {
+    ($($(#[$doc:meta])* $name:ident = $value:literal;)*) => {
+        $($(#[$doc])* pub const $name: u32 = $value;)*
+
+        /// The shader's half: bindings 16 to 18 of group 1 and every function named `grid_*`. Needs nothing else.
+        pub const GRID_WGSL: &str = concat!(
+            $("const GRID_", stringify!($name), " = ", stringify!($value), "u;\n",)*
+            include_str!("grid.inc.wgsl")
+        );
+    };
+}
+
+shared_constants! {
+    /// Of a brick in the structure buffer.
+    BRICK_WORDS = 21;
+    /// Word of a brick that holds the index of its first record; the masks are before it.
+    BASE_WORD = 16;
+    /// First word of a brick's 16-bit counts of voxels before each mask.
+    PREFIX_WORD = 17;
+    /// A brick cell without a brick.
+    EMPTY = 0xffffffff;
+    /// Steps per cell of the longest axis after which a ray is cut: no straight line crosses more cells.
+    STEPS_PER_CELL = 3;
+    /// Cells of a brick.
+    BRICK_CELLS = 512;
+}
+
+frame::gpu_struct! {
+    /// See `grid.inc.wgsl`.
+    pub struct Grid {
+        /// World position of the low corner of cell 0, m.
+        pub origin: [f32; 3],
+        /// Side of a cell, m.
+        pub voxel_size: f32,
+        /// Cells per axis.
+        pub cells: [i32; 3],
+        /// 0: paths start h(n) above their surface, 1: one voxel above.
+        pub elevation: u32,
+        /// Bricks per axis.
+        pub bricks: [i32; 3],
+        /// First word of the brick table.
+        pub table_at: u32,
+        /// Groups per axis.
+        pub groups: [i32; 3],
+        /// First word of the groups' masks.
+        pub groups_at: u32,
+        /// Regions per axis.
+        pub regions: [i32; 3],
+        /// First word of the bricks.
+        pub bricks_at: u32,
+    }
+}
+
+/// What [`GRID_WGSL`] binds when a kernel uses all of it; the order is that of [`VoxelGrid::resources`].
+pub const GRID_BINDS: [Bind; 3] = [
+    Bind::storage_read(1, 16, "grid_structure"),
+    Bind::storage_read(1, 17, "grid_records"),
+    Bind::uniform::<Grid>(1, 18, "grid"),
+];
+
+/// A voxelized scene on the device.
+#[derive(Clone)]
+pub struct VoxelGrid {
+    /// Cells per axis.
+    pub cells: [u32; 3],
+    /// Side of a cell, m.
+    pub voxel_size: f32,
+    /// World position of the low corner of cell 0.
+    pub origin: Vec3,
+    /// Masks, table and bricks; see the module's table.
+    pub structure: Buffer,
+    /// One packed surface per occupied cell.
+    pub records: Buffer,
+    /// [`Grid`].
+    pub uniform: Buffer,
+    /// Occupied cells.
+    pub voxel_count: u32,
+    /// Bricks with an occupied cell.
+    pub brick_count: u32,
+}
+
+impl VoxelGrid {
+    /// In the order of [`GRID_BINDS`].
+    pub fn resources(&self) -> [wgpu::BindingResource<'_>; 3] {
+        [
+            self.structure.as_entire_binding(),
+            self.records.as_entire_binding(),
+            self.uniform.as_entire_binding(),
+        ]
+    }
+
+    /// Bytes that stay allocated.
+    pub fn bytes(&self) -> u64 {
+        self.structure.bytes() + self.records.bytes() + self.uniform.bytes()
+    }
+}

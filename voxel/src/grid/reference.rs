@@ -1,0 +1,250 @@
+//! The CPU half: the same structure built from a list of cells, and the same walk in f32.
+
+use super::{BASE_WORD, BRICK_WORDS, EMPTY, Grid, Layout, PREFIX_WORD, STEPS_PER_CELL};
+use glam::{BVec3, IVec3, Vec3};
+
+const STILL: f32 = 9.094_947e-13;
+const FAR: f32 = 1e30;
+const LONGEST: f32 = 1e12;
+
+/// A grid in main memory.
+#[derive(Clone, Debug)]
+pub struct CpuGrid {
+    /// As shaders have it.
+    pub grid: Grid,
+    /// As shaders have it.
+    pub structure: Vec<u32>,
+    /// Occupied cells.
+    pub voxel_count: u32,
+}
+
+/// One block of a walk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Visit {
+    /// The cell entered.
+    pub cell: IVec3,
+    /// Side of the empty block around it; 0 = occupied.
+    pub empty: i32,
+    /// Where it is entered, voxels along the ray.
+    pub t: f32,
+    /// Of the face it is entered through; 3 = the start.
+    pub axis: u32,
+}
+
+/// How a walk ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Walk {
+    /// Blocks visited.
+    pub iterations: u32,
+    /// The step limit ended it.
+    pub cut: bool,
+}
+
+/// As `GridHit` in the shader, for hits only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Metres.
+    pub distance: f32,
+    /// Occupied.
+    pub cell: IVec3,
+    /// Index of its record.
+    pub record: u32,
+    /// Of the face it is entered through; 3 = the start.
+    pub axis: u32,
+}
+
+fn index(p: IVec3, size: [i32; 3]) -> usize {
+    (p.x + size[0] * (p.y + size[1] * p.z)) as usize
+}
+
+fn empty_side(mask: [u32; 2], p: IVec3) -> i32 {
+    if mask == [0, 0] {
+        return 4;
+    }
+    let layers = if p.z >= 2 { mask[1] } else { mask[0] };
+    if (layers >> (p.x + 4 * p.y + 16 * (p.z & 1))) & 1 != 0 {
+        return 0;
+    }
+    if (layers >> ((p.x & 2) + 4 * (p.y & 2))) & 0x0033_0033 == 0 { 2 } else { 1 }
+}
+
+/// Mask and bit of a cell (or brick, or group) within its parent's 4^3 mask.
+fn bit_of(p: IVec3) -> (usize, u32) {
+    ((p.z & 3) as usize / 2, ((p.x & 3) + 4 * (p.y & 3) + 16 * (p.z & 1)) as u32)
+}
+
+/// Which of a brick's masks holds the cell.
+fn part(cell: IVec3) -> usize {
+    let p: IVec3 = (cell >> 2) & IVec3::ONE;
+    (p.x + 2 * p.y + 4 * p.z) as usize
+}
+
+impl CpuGrid {
+    /// Builds the structure over these cells, in any order, repeats allowed. Cells outside the grid are left out.
+    pub fn new(layout: &Layout, occupied: impl IntoIterator<Item = IVec3>) -> Self {
+        let grid = layout.uniform(0);
+        let mut structure = vec![0; grid.bricks_at as usize];
+        structure[grid.table_at as usize..].fill(EMPTY);
+        let inside: Vec<IVec3> = occupied
+            .into_iter()
+            .filter(|c| c.cmpge(IVec3::ZERO).all() && c.cmplt(IVec3::from(grid.cells)).all())
+            .collect();
+        for &cell in &inside {
+            let (group, region) = (cell >> 5, cell >> 7);
+            let (word, bit) = bit_of(cell >> 3);
+            structure[grid.groups_at as usize + 2 * index(group, grid.groups) + word] |= 1 << bit;
+            let (word, bit) = bit_of(group);
+            structure[2 * index(region, grid.regions) + word] |= 1 << bit;
+            structure[grid.table_at as usize + index(cell >> 3, grid.bricks)] = 0;
+        }
+        // Slots in the order of brick cells, as the scan on the device gives them.
+        let mut slots = 0;
+        for slot in structure[grid.table_at as usize..].iter_mut().filter(|slot| **slot != EMPTY) {
+            *slot = slots;
+            slots += 1;
+        }
+        structure.resize(structure.len() + (BRICK_WORDS * slots) as usize, 0);
+        let mut built = Self { grid, structure, voxel_count: 0 };
+        for cell in inside {
+            let (word, bit) = bit_of(cell);
+            let at = built.brick_at(cell) + 2 * part(cell) + word;
+            built.structure[at] |= 1 << bit;
+        }
+        for brick in built.structure[grid.bricks_at as usize..].chunks_exact_mut(BRICK_WORDS as usize) {
+            brick[BASE_WORD as usize] = built.voxel_count;
+            let mut before = 0;
+            for part in 0..8 {
+                brick[PREFIX_WORD as usize + part / 2] |= before << (16 * (part & 1));
+                before += brick[2 * part].count_ones() + brick[2 * part + 1].count_ones();
+            }
+            built.voxel_count += before;
+        }
+        built
+    }
+
+    fn mask(&self, at: usize) -> [u32; 2] {
+        [self.structure[at], self.structure[at + 1]]
+    }
+
+    fn brick_at(&self, cell: IVec3) -> usize {
+        let slot = self.structure[self.grid.table_at as usize + index(cell >> 3, self.grid.bricks)];
+        (self.grid.bricks_at + BRICK_WORDS * slot) as usize
+    }
+
+    fn block(&self, cell: IVec3) -> i32 {
+        let three = IVec3::splat(3);
+        let group = cell >> 5;
+        let groups_at = self.grid.groups_at as usize;
+        let bricks = empty_side(self.mask(groups_at + 2 * index(group, self.grid.groups)), (cell >> 3) & three);
+        if bricks == 0 {
+            return empty_side(self.mask(self.brick_at(cell) + 2 * part(cell)), cell & three);
+        }
+        if bricks < 4 {
+            return 8 * bricks;
+        }
+        32 * empty_side(self.mask(2 * index(cell >> 7, self.grid.regions)), group & three)
+    }
+
+    /// Whether a cell is inside the grid and holds something.
+    pub fn occupied(&self, cell: IVec3) -> bool {
+        cell.cmpge(IVec3::ZERO).all() && cell.cmplt(IVec3::from(self.grid.cells)).all() && self.block(cell) == 0
+    }
+
+    /// Index of an occupied cell's record.
+    pub fn record(&self, cell: IVec3) -> Option<u32> {
+        if !self.occupied(cell) {
+            return None;
+        }
+        let (brick, part) = (self.brick_at(cell), part(cell));
+        let mask = self.mask(brick + 2 * part);
+        let prefix = (self.structure[brick + PREFIX_WORD as usize + part / 2] >> (16 * (part & 1))) & 0xffff;
+        let (word, bit) = bit_of(cell);
+        let rank = (mask[word] & ((1 << bit) - 1)).count_ones() + if word == 1 { mask[0].count_ones() } else { 0 };
+        Some(self.structure[brick + BASE_WORD as usize] + prefix + rank)
+    }
+
+    /// Visits the blocks along a ray given in grid space, until `visit` says false, the grid ends or `t` passes `limit`
+    /// (voxels).
+    pub fn walk(&self, o: Vec3, d: Vec3, limit: f32, mut visit: impl FnMut(Visit) -> bool) -> Walk {
+        let mut walk = Walk::default();
+        let still = d.abs().cmplt(Vec3::splat(STILL));
+        let forward = d.cmpgt(Vec3::ZERO);
+        let inverse = Vec3::select(still, Vec3::ZERO, 1.0 / Vec3::select(still, Vec3::ONE, d));
+        let cells = IVec3::from(self.grid.cells);
+        let size = cells.as_vec3();
+        if (still & (o.cmplt(Vec3::ZERO) | o.cmpge(size))).any() {
+            return walk;
+        }
+        let enter = (Vec3::select(forward, Vec3::ZERO, size) - o) * inverse;
+        let leave = (Vec3::select(forward, size, Vec3::ZERO) - o) * inverse;
+        let enter = Vec3::select(still, Vec3::splat(-FAR), enter);
+        let leave = Vec3::select(still, Vec3::splat(FAR), leave);
+        let entered = enter.max_element();
+        let mut t = entered.max(0.0);
+        if t >= leave.min_element() || t > limit {
+            return walk;
+        }
+        let mut cell = (o + t * d).floor().as_ivec3().clamp(IVec3::ZERO, cells - 1);
+        let mut axis = 3;
+        if entered > 0.0 {
+            let x = enter.x >= enter.y && enter.x >= enter.z;
+            let y = !x && enter.y >= enter.z;
+            cell = IVec3::select(
+                BVec3::new(x, y, !x && !y),
+                IVec3::select(forward, IVec3::ZERO, cells - 1),
+                cell,
+            );
+            axis = if x { 0 } else { 2 - u32::from(y) };
+        }
+        for _ in 0..STEPS_PER_CELL * cells.max_element() as u32 {
+            walk.iterations += 1;
+            let empty = self.block(cell);
+            if !visit(Visit { cell, empty, t, axis }) {
+                return walk;
+            }
+            let side = empty.max(1);
+            let low = cell & IVec3::splat(-side);
+            let high = low + side;
+            let exits = (IVec3::select(forward, high, low).as_vec3() - o) * inverse;
+            let exits = Vec3::select(still, Vec3::splat(FAR), exits);
+            let x = exits.x <= exits.y && exits.x <= exits.z;
+            let y = !x && exits.y <= exits.z;
+            axis = if x { 0 } else { 2 - u32::from(y) };
+            t = t.max(exits[axis as usize]);
+            if t > limit {
+                return walk;
+            }
+            let there = (o + t * d).floor().as_ivec3().clamp(low, high - 1);
+            let onward = IVec3::select(forward, there.max(cell), there.min(cell));
+            cell = IVec3::select(BVec3::new(x, y, !x && !y), IVec3::select(forward, high, low - 1), onward);
+            if (cell.cmplt(IVec3::ZERO) | cell.cmpge(cells)).any() {
+                return walk;
+            }
+        }
+        walk.cut = true;
+        walk
+    }
+
+    /// As `grid_trace`: the first occupied cell along a ray in the world.
+    pub fn trace(&self, origin: Vec3, direction: Vec3, t_max: f32, leaving: u32) -> (Option<Hit>, Walk) {
+        let voxel_size = self.grid.voxel_size;
+        let o = (origin - Vec3::from(self.grid.origin)) / voxel_size;
+        let limit = t_max.min(LONGEST * voxel_size) / voxel_size;
+        let (mut left, mut armed, mut hit) = (leaving, leaving == 0, None);
+        let walk = self.walk(o, direction, limit, |visit| {
+            if visit.empty > 0 {
+                armed = true;
+            } else if armed || left == 0 {
+                hit = Some(visit);
+            } else {
+                left -= 1;
+            }
+            hit.is_none()
+        });
+        let hit = hit.and_then(|visit| {
+            let record = self.record(visit.cell)?;
+            Some(Hit { distance: (visit.t * voxel_size).min(t_max), cell: visit.cell, record, axis: visit.axis })
+        });
+        (hit, walk)
+    }
+}

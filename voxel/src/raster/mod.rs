@@ -1,0 +1,206 @@
+//! Triangles to cells, on the rasterizer: which bricks they touch, and which triangle wins each cell.
+//!
+//! Paper: "voxelizing the entire scene every frame using [Crassin and Green 2012] without the use of atomics".
+//!
+//! In: a mesh in the world, m. Out: per brick cell whether anything is in it; per cell of a batch of bricks the key of
+//! its winner.
+//!
+//! - **Columns**: each triangle is projected along the axis k its normal `g` is longest on (x before y before z where
+//!   they are within 2^-10 of each other, so that triangles of one plane at 45 degrees agree), one pixel per column. A
+//!   fragment is a column whose centre `(u, v)` is covered; the cell is `floor(w)`,
+//!   `w = w0 - (g_u (u - u0) + g_v (v - v0)) / g_w`, kept within the corners' depths. So the surface passes the cell
+//!   within `|g|_inf / (2 |g|)` of its centre (6-separating: no path through faces of cells crosses a plane).
+//! - **Ties**: corners are first moved to multiples of 1/256 cell, the grain of rasterizers. A face on the boundary
+//!   between two layers of cells goes to the layer behind it (`w` is moved 2^-10 cell against the normal): a closed
+//!   room whose walls lie on such boundaries keeps its inside whole.
+//! - **Key**, smaller wins: class 2 bits (0 emits, 1 opaque, 2 lets something through), distance of the plane from the
+//!   cell's centre along k in 1/128 cell 6 bits, number of the triangle 24 bits. Keys are stored complemented, so that a
+//!   cleared buffer holds none.
+//! - **Rounds**: a fragment that finds a larger key stores its own, with plain relaxed loads and stores. Rounds repeat
+//!   until none stores anything: every round lowers each contended cell, so the end is the minimum whoever came first.
+//!   After [`MOST_ROUNDS`] one round of atomic minima finishes the rest.
+//! - **Holes**: where a material is masked or blended, its coverage is read at the point and the mip the voxel will
+//!   have. Less than half a step of the 4 bits that will store it is nothing.
+//!
+//! Triangles that cover no column's centre are lost; so are parts thinner than a column. What lies outside the grid is
+//! clipped.
+//!
+//! Departs from the paper: one winner per cell instead of whoever came last, so that two builds are equal.
+
+pub mod reference;
+#[cfg(test)]
+mod tests;
+
+use crate::grid::GRID_WGSL;
+use crate::{Grid, resolve};
+use frame::scene_gpu::{GpuMesh, GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
+use frame::{Bind, Buffer, Gpu, GpuError, KernelError, RasterDesc, RasterKernel, RasterTargets, Recorder};
+use frame::{Room, Texture, brdf, surface};
+use wgpu::BindingResource;
+
+/// Rounds without atomics. The mean of k contenders takes ln k + 0.6; 14 is the most that was seen.
+pub const MOST_ROUNDS: u32 = 16;
+
+/// Keys hold 24 bits of triangle number.
+pub const MOST_TRIANGLES: u64 = 1 << 24;
+
+macro_rules! shared_constants {
+    ($($(#[$doc:meta])* $name:ident = $value:literal;)*) => {
+        $($(#[$doc])* const $name: f32 = $value;)*
+
+        const CONSTANTS: &str = concat!($("const RASTER_", stringify!($name), " = ", stringify!($value), ";\n",)*);
+    };
+}
+
+shared_constants! {
+    /// Steps per cell that corners are moved to: `1 / SNAP` of the grid's layout.
+    GRAIN = 256.0;
+    /// By how much the second longest component of a normal may exceed an earlier axis's: 1 + 2^-10.
+    PREFERENCE = 1.0009765625;
+    /// Cells by which depths are moved behind the face: 2^-10.
+    TIE = 0.0009765625;
+}
+
+frame::gpu_struct! {
+    /// See `raster.wgsl`.
+    pub struct RasterParams {
+        /// First slot of this batch.
+        pub first_slot: u32,
+        /// Bricks of this batch.
+        pub slot_count: u32,
+        /// 1: atomic minima.
+        pub atomic_round: u32,
+        /// WGSL rounds uniforms up.
+        pub _pad: u32,
+    }
+}
+
+const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
+
+/// Both passes.
+pub(crate) struct Raster {
+    mark: RasterKernel,
+    vote: RasterKernel,
+}
+
+/// What a pass reads.
+pub(crate) struct Input<'a> {
+    pub scene: &'a GpuScene,
+    pub mesh: &'a GpuMesh,
+    pub uniform: &'a Buffer,
+    pub target: &'a Texture,
+}
+
+impl<'a> Input<'a> {
+    fn resources(&self) -> Vec<BindingResource<'a>> {
+        let mesh: [BindingResource<'a>; 2] = self.mesh.resources();
+        mesh.into_iter().chain(self.scene.material_resources()).collect()
+    }
+}
+
+impl Raster {
+    pub(crate) fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, KernelError> {
+        let sources = [
+            surface::WGSL,
+            brdf::WGSL,
+            MESH_WGSL,
+            MATERIAL_WGSL,
+            GRID_WGSL,
+            resolve::POINT_WGSL,
+            CONSTANTS,
+            include_str!("raster.wgsl"),
+        ];
+        let kernel = |name, fragment, before: &[Bind], after: &[Bind]| {
+            let shared = MESH_BINDS.iter().chain(&MATERIAL_BINDS);
+            let bindings: Vec<_> = before.iter().chain(shared).chain(after).copied().collect();
+            RasterKernel::new(
+                gpu,
+                &RasterDesc {
+                    name,
+                    sources: &sources,
+                    entries: ["raster_vertex", fragment],
+                    bindings: &bindings,
+                    constants: &scene.mesh.layout.constants(),
+                    // A pass must draw into something; nothing is written.
+                    targets: &[wgpu::ColorTargetState {
+                        format: TARGET,
+                        blend: None,
+                        write_mask: wgpu::ColorWrites::empty(),
+                    }],
+                    depth: None,
+                },
+            )
+        };
+        let grid = Bind::uniform::<Grid>(1, 18, "grid");
+        Ok(Self {
+            mark: kernel("voxel/raster/mark", "raster_mark", &[], &[grid, Bind::storage(3, 0, "out_marks")])?,
+            vote: kernel(
+                "voxel/raster/vote",
+                "raster_vote",
+                &[Bind::uniform::<RasterParams>(0, 1, "params")],
+                &[
+                    Bind::storage_read(1, 16, "grid_structure"),
+                    grid,
+                    Bind::storage(3, 1, "out_keys"),
+                    Bind::storage(3, 2, "out_changed"),
+                ],
+            )?,
+        })
+    }
+
+    /// One pixel per column, never written.
+    pub(crate) fn target(gpu: &Gpu, side: u32) -> Result<Texture, GpuError> {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        gpu.texture(Room::Voxels, "Raster::target", [side, side, 1], 1, TARGET, usage)
+    }
+
+    /// Writes 1 for each brick cell that something is in; `marks` must be clear.
+    pub(crate) fn mark(&self, recorder: &mut Recorder<'_>, input: &Input<'_>, marks: &Buffer) {
+        let mut resources = input.resources();
+        resources.extend([input.uniform.as_entire_binding(), marks.as_entire_binding()]);
+        draw(recorder, "voxel/raster/mark", &self.mark, &resources, input);
+    }
+
+    /// Finds the winner of each cell of a batch; `keys` must be clear. Gives the rounds it took, and whether the last one
+    /// was atomic.
+    pub(crate) fn vote(
+        &self,
+        recorder: &mut Recorder<'_>,
+        input: &Input<'_>,
+        structure: &Buffer,
+        slots: std::ops::Range<u32>,
+        keys: &Buffer,
+        changed: &Buffer,
+    ) -> Result<(u32, bool), GpuError> {
+        let round = |recorder: &mut Recorder<'_>, atomic_round| {
+            let (first_slot, slot_count) = (slots.start, slots.len() as u32);
+            let params = recorder.uniform(&RasterParams { first_slot, slot_count, atomic_round, _pad: 0 });
+            let mut resources = vec![params.binding()];
+            resources.extend(input.resources());
+            resources.extend([structure, input.uniform, keys, changed].map(|b| b.as_entire_binding()));
+            recorder.clear(changed);
+            draw(recorder, "voxel/raster/vote", &self.vote, &resources, input);
+        };
+        for done in 1..=MOST_ROUNDS {
+            round(recorder, 0);
+            recorder.flush();
+            if recorder.gpu().read_buffer::<u32>(changed)?.first() == Some(&0) {
+                return Ok((done, false));
+            }
+        }
+        round(recorder, 1);
+        Ok((MOST_ROUNDS + 1, true))
+    }
+}
+
+fn draw(
+    recorder: &mut Recorder<'_>,
+    pass: &str,
+    kernel: &RasterKernel,
+    resources: &[BindingResource<'_>],
+    input: &Input<'_>,
+) {
+    let colors = [(input.target.view(), Some(wgpu::Color::TRANSPARENT))];
+    let targets = RasterTargets { colors: &colors, depth: None };
+    recorder.raster(pass, kernel, resources, &targets, 0..3 * input.mesh.triangle_count);
+}

@@ -1,0 +1,37 @@
+// One invocation per occupied voxel: looks at the winning triangle where it passes the voxel, packs a record.
+
+struct ResolveParams {
+    // First slot of the batch.
+    first_slot: u32,
+    // Voxels of the batch.
+    voxel_count: u32,
+    // Invocations per row of the dispatch.
+    row: u32,
+}
+
+@group(0) @binding(1) var<uniform> params: ResolveParams;
+// Complemented keys by cell of the batch.
+@group(2) @binding(0) var<storage, read> in_keys: array<u32>;
+// Brick cell by slot.
+@group(2) @binding(1) var<storage, read> in_bricks: array<u32>;
+// By record of the batch: cell of the batch, then the factor of its emission as f32 bits (0 = as it is).
+@group(2) @binding(2) var<storage, read> in_list: array<vec2u>;
+// By record of the batch.
+@group(3) @binding(0) var<storage, read_write> out_records: array<vec4u>;
+
+@compute @workgroup_size(64)
+fn resolve(@builtin(global_invocation_id) id: vec3u) {
+    let record = id.x + params.row * id.y;
+    if (record >= params.voxel_count) {
+        return;
+    }
+    let entry = in_list[record];
+    let brick = in_bricks[params.first_slot + entry.x / GRID_BRICK_CELLS];
+    let cell = grid_cell(brick, entry.x % GRID_BRICK_CELLS);
+    let triangle = ~in_keys[entry.x] & 0xffffffu;
+    let area = grid.voxel_size * grid.voxel_size;
+    var s = material_surface(mesh_material(triangle), voxel_point(triangle, cell), area);
+    s.emission *= select(bitcast<f32>(entry.y), 1.0, entry.y == 0u);
+    let p = vec3u(cell);
+    out_records[record] = surface_pack_voxel(s, surface_hash(p.x + surface_hash(p.y + surface_hash(p.z))));
+}

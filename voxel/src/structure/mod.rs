@@ -1,0 +1,169 @@
+//! From marked bricks and winners to the structure buffer: slots, skip levels, masks, places of records.
+//!
+//! In: a mark per brick cell; keys per cell of a batch of bricks. Out: the buffer that [`crate::grid`] describes, the
+//! brick cell of each slot, and per record of the batch the cell it is for. Slots follow brick cells, x fastest; records
+//! follow slots, then masks, then bits: the same triangles give the same words.
+//!
+//! Longest loops: 64 children per mask, 32 bits per word; the scan says its own.
+
+mod scan;
+
+pub(crate) use scan::Sums;
+
+use crate::Grid;
+use crate::grid::GRID_WGSL;
+use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder};
+use scan::Scan;
+
+/// Counts per block of a scan.
+const SCAN_BLOCK: u32 = 1024;
+const SCAN_CONSTANTS: &str = "const SCAN_BLOCK = 1024u;\n";
+
+frame::gpu_struct! {
+    /// See `structure.wgsl`.
+    pub struct StructureParams {
+        /// Brick cells, groups, regions or bricks.
+        pub count: u32,
+        /// Of the batch.
+        pub first_slot: u32,
+        /// Records before the batch.
+        pub first_record: u32,
+        /// Invocations per row of the dispatch.
+        pub row: u32,
+    }
+}
+
+/// All passes that fill the structure.
+pub(crate) struct Structure {
+    scan: Scan,
+    slots: Kernel,
+    groups: Kernel,
+    regions: Kernel,
+    masks: Kernel,
+    list: Kernel,
+}
+
+/// A run of slots whose cells fit the keys.
+pub(crate) struct Batch<'a> {
+    pub(crate) uniform: &'a Buffer,
+    pub(crate) structure: &'a Buffer,
+    pub(crate) slots: std::ops::Range<u32>,
+}
+
+/// Workgroups of 64 invocations as rows of a 2D dispatch, and the invocations per row.
+pub(crate) fn rows(count: u32) -> ([u32; 3], u32) {
+    /// Default limit of workgroups per axis.
+    const MOST: u32 = 65_535;
+    let groups = count.div_ceil(64).max(1);
+    let width = groups.min(MOST);
+    ([width, groups.div_ceil(width), 1], 64 * width)
+}
+
+impl Structure {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, KernelError> {
+        let kernel = |entry, after: &[Bind]| {
+            let mut bindings = vec![Bind::uniform::<StructureParams>(0, 1, "params")];
+            bindings.push(Bind::uniform::<Grid>(1, 18, "grid"));
+            bindings.extend(after);
+            Kernel::new(
+                gpu,
+                &KernelDesc {
+                    name: entry,
+                    sources: &[SCAN_CONSTANTS, GRID_WGSL, include_str!("structure.wgsl")],
+                    entry,
+                    workgroup: [64, 1, 1],
+                    bindings: &bindings,
+                    constants: &[],
+                },
+            )
+        };
+        let marks = Bind::storage_read(2, 0, "in_marks");
+        let sums = [Bind::storage_read(2, 1, "in_before"), Bind::storage_read(2, 2, "in_blocks")];
+        let keys = Bind::storage_read(2, 3, "in_keys");
+        let structure = Bind::storage(3, 0, "out_structure");
+        let bricks = Bind::storage(3, 1, "out_bricks");
+        let counts = Bind::storage(3, 2, "out_counts");
+        let list = Bind::storage(3, 3, "out_list");
+        Ok(Self {
+            scan: Scan::new(gpu)?,
+            slots: kernel("structure_slots", &[marks, sums[0], sums[1], structure, bricks])?,
+            groups: kernel("structure_groups", &[marks, structure])?,
+            regions: kernel("structure_regions", &[structure])?,
+            masks: kernel("structure_masks", &[keys, structure, counts])?,
+            list: kernel("structure_list", &[sums[0], sums[1], structure, list])?,
+        })
+    }
+
+    /// Sums up marks or counts.
+    pub(crate) fn scan(&self, recorder: &mut Recorder<'_>, counts: &Buffer, count: u32) -> Result<Sums, GpuError> {
+        self.scan.record(recorder, counts, count)
+    }
+
+    /// Table, slots and skip levels of all bricks.
+    pub(crate) fn levels(
+        &self,
+        recorder: &mut Recorder<'_>,
+        grid: &Grid,
+        uniform: &Buffer,
+        marks: &Buffer,
+        sums: &Sums,
+        structure: &Buffer,
+        bricks: &Buffer,
+    ) {
+        let count = |n: [i32; 3]| n.iter().product::<i32>() as u32;
+        let passes: [(_, _, _, &[&Buffer]); 3] = [
+            (
+                "voxel/structure/slots",
+                &self.slots,
+                count(grid.bricks),
+                &[uniform, marks, &sums.before, &sums.blocks, structure, bricks],
+            ),
+            ("voxel/structure/groups", &self.groups, count(grid.groups), &[uniform, marks, structure]),
+            ("voxel/structure/regions", &self.regions, count(grid.regions), &[uniform, structure]),
+        ];
+        for (pass, kernel, count, buffers) in passes {
+            let (workgroups, row) = rows(count);
+            let params = recorder.uniform(&StructureParams { count, row, ..Default::default() });
+            let mut resources = vec![params.binding()];
+            resources.extend(buffers.iter().map(|b| b.as_entire_binding()));
+            recorder.compute(pass, kernel, &resources, workgroups);
+        }
+    }
+
+    /// Masks of a batch, and voxels by brick.
+    pub(crate) fn masks(&self, recorder: &mut Recorder<'_>, batch: &Batch<'_>, keys: &Buffer, counts: &Buffer) {
+        let buffers = [batch.uniform, keys, batch.structure, counts];
+        self.per_brick(recorder, "voxel/structure/masks", &self.masks, batch, 0, &buffers);
+    }
+
+    /// First records of a batch's bricks, and the cell of each record.
+    pub(crate) fn list(
+        &self,
+        recorder: &mut Recorder<'_>,
+        batch: &Batch<'_>,
+        first_record: u32,
+        sums: &Sums,
+        list: &Buffer,
+    ) {
+        let buffers = [batch.uniform, &sums.before, &sums.blocks, batch.structure, list];
+        self.per_brick(recorder, "voxel/structure/list", &self.list, batch, first_record, &buffers);
+    }
+
+    fn per_brick(
+        &self,
+        recorder: &mut Recorder<'_>,
+        pass: &str,
+        kernel: &Kernel,
+        batch: &Batch<'_>,
+        first_record: u32,
+        buffers: &[&Buffer],
+    ) {
+        let count = batch.slots.len() as u32;
+        let params =
+            recorder.uniform(&StructureParams { count, first_slot: batch.slots.start, first_record, row: 0 });
+        let mut resources = vec![params.binding()];
+        resources.extend(buffers.iter().map(|b| b.as_entire_binding()));
+        // Sixteen invocations per brick; a batch is at most 2^16 bricks.
+        recorder.compute(pass, kernel, &resources, [count.div_ceil(4), 1, 1]);
+    }
+}

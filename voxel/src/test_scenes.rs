@@ -1,0 +1,145 @@
+//! Scenes for tests: triangles from code, on the device, and a voxelized scene read back.
+
+use crate::grid::reference::CpuGrid;
+use crate::grid::{BRICK_WORDS, EMPTY, Layout};
+use crate::{Grid, VoxelGrid, Voxelizer};
+use frame::scene_gpu::{GpuScene, SceneOptions};
+use frame::{FrameLog, Gpu};
+use glam::{IVec3, Vec2, Vec3};
+use scene::{Aabb, Geometry, Material, Object, Scene, Triangle};
+
+/// One adapter per test, or none where the machine has none.
+pub(crate) fn gpu() -> Option<Gpu> {
+    Gpu::new(None).map_err(|e| println!("skipped: {e}")).ok()
+}
+
+/// Uniform numbers in 0..1 from a counter.
+pub(crate) struct Random(pub u32);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(1);
+        (frame::surface::hash(self.0) >> 8) as f32 / 16_777_216.0
+    }
+
+    pub(crate) fn point(&mut self) -> Vec3 {
+        Vec3::new(self.next(), self.next(), self.next())
+    }
+
+    pub(crate) fn direction(&mut self) -> Vec3 {
+        let z = 1.0 - 2.0 * self.next();
+        let (sin, cos) = (std::f32::consts::TAU * self.next()).sin_cos();
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        Vec3::new(r * cos, r * sin, z).normalize()
+    }
+}
+
+/// One object: a material and its triangles.
+pub(crate) type Part = (Material, Vec<[Vec3; 3]>);
+
+/// Two triangles around a, a + u, a + u + v, a + v; the front is towards u x v.
+pub(crate) fn quad(a: Vec3, u: Vec3, v: Vec3) -> Vec<[Vec3; 3]> {
+    vec![[a, a + u, a + u + v], [a, a + u + v, a + v]]
+}
+
+/// A closed sphere of latitude and longitude, front outside.
+pub(crate) fn sphere(center: Vec3, radius: f32, rows: u32) -> Vec<[Vec3; 3]> {
+    let point = |row: u32, column: u32| {
+        let (theta, phi) = (
+            std::f32::consts::PI * row as f32 / rows as f32,
+            std::f32::consts::TAU * (column % (2 * rows)) as f32 / (2 * rows) as f32,
+        );
+        center + radius * Vec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
+    };
+    let mut triangles = Vec::new();
+    for row in 0..rows {
+        for column in 0..2 * rows {
+            let [a, b] = [point(row, column), point(row, column + 1)];
+            let [c, d] = [point(row + 1, column), point(row + 1, column + 1)];
+            triangles.extend([[a, c, d], [a, d, b]]);
+        }
+    }
+    triangles
+}
+
+/// Triangle soup.
+pub(crate) fn soup(count: u32, size: f32) -> Vec<[Vec3; 3]> {
+    let mut random = Random(3);
+    (0..count)
+        .map(|_| {
+            let a = random.point();
+            let reach = size * random.next();
+            [a, a + reach * random.direction(), a + reach * random.direction()].map(|p| p.clamp(Vec3::ZERO, Vec3::ONE))
+        })
+        .collect()
+}
+
+/// On the device, one material and one object per part, normals those of the faces.
+pub(crate) fn upload(gpu: &Gpu, parts: &[Part]) -> GpuScene {
+    let mut scene = Scene::load("furnace").unwrap();
+    scene.materials = parts.iter().map(|(material, _)| material.clone()).collect();
+    let mut geometry = Geometry::default();
+    for (object, (_, triangles)) in (0..).zip(parts) {
+        let vertices = geometry.positions.len() as u32..(geometry.positions.len() + 3 * triangles.len()) as u32;
+        let first = geometry.triangles.len() as u32;
+        for corners in triangles {
+            let v = geometry.positions.len() as u32;
+            let n = (corners[1] - corners[0]).cross(corners[2] - corners[0]).try_normalize().unwrap_or(Vec3::Z);
+            geometry.positions.extend(corners);
+            geometry.normals.extend([n; 3]);
+            geometry.tangents.extend([n.any_orthonormal_vector().extend(1.0); 3]);
+            geometry.uv0.extend([Vec2::ZERO; 3]);
+            geometry.triangles.push(Triangle { vertices: [v, v + 1, v + 2], material: object, object });
+        }
+        let triangles = first..geometry.triangles.len() as u32;
+        geometry.objects.push(Object { name: String::new(), vertices, triangles, moving: false });
+    }
+    GpuScene::new(gpu, &scene, &geometry, &SceneOptions::default()).unwrap().0
+}
+
+/// A grid on the device with everything in it read back.
+pub(crate) struct Built {
+    pub(crate) voxels: VoxelGrid,
+    pub(crate) log: FrameLog,
+    pub(crate) grid: CpuGrid,
+    pub(crate) layout: Layout,
+    pub(crate) records: Vec<[u32; 4]>,
+}
+
+pub(crate) fn voxelize(gpu: &Gpu, scene: &GpuScene, bounds: Aabb, grid: u32) -> Built {
+    build(gpu, &mut Voxelizer::new(gpu, scene).unwrap(), scene, bounds, grid)
+}
+
+pub(crate) fn build(gpu: &Gpu, voxelizer: &mut Voxelizer, scene: &GpuScene, bounds: Aabb, grid: u32) -> Built {
+    let (voxels, log) = voxelizer.voxelize(gpu, scene, &scene.mesh, bounds, grid).unwrap();
+    let layout = Layout { origin: voxels.origin, voxel_size: voxels.voxel_size, cells: voxels.cells };
+    let structure = gpu.read_buffer(&voxels.structure).unwrap();
+    let records: Vec<[u32; 4]> = gpu.read_buffer(&voxels.records).unwrap();
+    let grid = CpuGrid { grid: layout.uniform(0), structure, voxel_count: voxels.voxel_count };
+    Built { voxels, log, grid, layout, records }
+}
+
+impl Built {
+    /// All occupied cells, by walking every brick of the table.
+    pub(crate) fn cells(&self) -> Vec<IVec3> {
+        let Grid { table_at, bricks_at, bricks, .. } = self.grid.grid;
+        let table = &self.grid.structure[table_at as usize..bricks_at as usize];
+        let mut cells = Vec::new();
+        for (index, slot) in (0i32..).zip(table).filter(|(_, slot)| **slot != EMPTY) {
+            let brick = IVec3::new(index % bricks[0], index / bricks[0] % bricks[1], index / (bricks[0] * bricks[1]));
+            let at = (bricks_at + BRICK_WORDS * slot) as usize;
+            for (bit, word) in (0i32..16).flat_map(|word| (0i32..32).map(move |bit| (32 * (word & 1) + bit, word))) {
+                if (self.grid.structure[at + word as usize] >> (bit & 31)) & 1 == 1 {
+                    let part = word / 2;
+                    let corner = 4 * IVec3::new(part & 1, (part >> 1) & 1, part >> 2);
+                    cells.push(8 * brick + corner + IVec3::new(bit & 3, (bit >> 2) & 3, bit >> 4));
+                }
+            }
+        }
+        cells
+    }
+
+    pub(crate) fn record(&self, cell: IVec3) -> Option<[u32; 4]> {
+        self.grid.record(cell).map(|record| self.records[record as usize])
+    }
+}

@@ -1,0 +1,45 @@
+//! All that must pass: formatting, lints, docs, tests, the window.
+
+use crate::run::{self, Failure, TestCount, cargo, say};
+use crate::system;
+use std::process::Command;
+
+/// Frames that the window's smoke test shows.
+const FRAMES: &str = "3";
+
+/// Runs every check in the order in which they fail fastest.
+pub fn run() -> Result<(), Failure> {
+    say("formatting");
+    run::run(&mut cargo(["fmt", "--all", "--check"]))?;
+    say("lints");
+    run::run(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+    say("docs");
+    run::run(cargo(["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings"))?;
+    say("tests");
+    run::run(&mut cargo(["build"]))?;
+    system::adapter(false)?;
+    let mut count = TestCount::default();
+    count.add(&run::tests(&mut cargo(["test"]))?);
+    say("the window");
+    count.add(&run::tests(&mut cargo(["test", "--package", "gridlight-viewer"]))?);
+    run::run(&mut cargo(["build", "--package", "gridlight-viewer"]))?;
+    window()?;
+    say(&format!("all passed; tests: {count}"));
+    Ok(())
+}
+
+/// Opens the window on a virtual screen for a few frames.
+fn window() -> Result<(), Failure> {
+    system::window()?;
+    let viewer =
+        cargo(["run", "--quiet", "--package", "gridlight-viewer", "--", "cornell", "--frames", FRAMES]);
+    let mut command = Command::new("xvfb-run");
+    command.args(["--auto-servernum", "--server-args", "-screen 0 1024x768x24"]);
+    command.arg(viewer.get_program()).args(viewer.get_args()).current_dir(crate::root());
+    for (name, value) in viewer.get_envs() {
+        if let Some(value) = value {
+            command.env(name, value);
+        }
+    }
+    run::run(&mut command)
+}
