@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 /// A listener that pipelines and long stages report to; cheap to clone, silent by default.
 #[derive(Clone)]
-pub struct Progress(Arc<dyn Fn(&str, f32) + Send + Sync>);
+pub struct Progress(Arc<Listener>);
+
+type Listener = dyn Fn(&str, f32) + Send + Sync;
 
 impl Progress {
     /// Calls `listen` with what is being done and how much of it is done, 0..1.

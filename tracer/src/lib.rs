@@ -43,10 +43,10 @@ pub trait Tracer {
         0
     }
 
-    /// Allocates for a trace size; all allocation happens here.
+    /// Builds the kernels for what the scene needs, and allocates for a trace size; all allocation happens here.
     ///
     /// # Errors
-    /// Too large for the adapter, or out of memory.
+    /// The driver refuses a kernel, the size is too large for the adapter, or memory is out.
     fn resize(&mut self, gpu: &Gpu, scene: &GpuScene, size: [u32; 2]) -> Result<(), GpuError>;
 
     /// Records one frame's paths. The image stays valid until the next call.
@@ -66,5 +66,5 @@ pub type Constructor = (&'static str, fn(&Gpu) -> Result<Box<dyn Tracer>, GpuErr
 
 /// All tracers, in the order they are listed.
 pub fn all() -> &'static [Constructor] {
-    &[("voxel", |gpu| Ok(Box::new(VoxelTracer::new(gpu)?)))]
+    &[("voxel", |_| Ok(Box::new(VoxelTracer::default())))]
 }

@@ -137,7 +137,12 @@ impl Screen {
     fn draw(&mut self, again: bool) -> Result<bool, Failure> {
         let texture = match self.surface.get_current_texture() {
             CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => texture,
-            CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded => return Ok(false),
+            // Nobody sees it; the system asks again when somebody does.
+            CurrentSurfaceTexture::Occluded => return Ok(false),
+            CurrentSurfaceTexture::Timeout => {
+                self.window.request_redraw();
+                return Ok(false);
+            }
             CurrentSurfaceTexture::Outdated => {
                 self.configure();
                 self.window.request_redraw();

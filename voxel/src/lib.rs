@@ -13,6 +13,8 @@ mod structure;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
 mod test_scenes;
+#[cfg(test)]
+mod tests;
 mod voxelizer;
 
 pub use error::VoxelError;

@@ -69,7 +69,8 @@ pub(crate) fn soup(count: u32, size: f32) -> Vec<[Vec3; 3]> {
         .map(|_| {
             let a = random.point();
             let reach = size * random.next();
-            [a, a + reach * random.direction(), a + reach * random.direction()].map(|p| p.clamp(Vec3::ZERO, Vec3::ONE))
+            [a, a + reach * random.direction(), a + reach * random.direction()]
+                .map(|p| p.clamp(Vec3::ZERO, Vec3::ONE))
         })
         .collect()
 }
@@ -80,11 +81,13 @@ pub(crate) fn upload(gpu: &Gpu, parts: &[Part]) -> GpuScene {
     scene.materials = parts.iter().map(|(material, _)| material.clone()).collect();
     let mut geometry = Geometry::default();
     for (object, (_, triangles)) in (0..).zip(parts) {
-        let vertices = geometry.positions.len() as u32..(geometry.positions.len() + 3 * triangles.len()) as u32;
+        let vertices =
+            geometry.positions.len() as u32..(geometry.positions.len() + 3 * triangles.len()) as u32;
         let first = geometry.triangles.len() as u32;
         for corners in triangles {
             let v = geometry.positions.len() as u32;
-            let n = (corners[1] - corners[0]).cross(corners[2] - corners[0]).try_normalize().unwrap_or(Vec3::Z);
+            let n =
+                (corners[1] - corners[0]).cross(corners[2] - corners[0]).try_normalize().unwrap_or(Vec3::Z);
             geometry.positions.extend(corners);
             geometry.normals.extend([n; 3]);
             geometry.tangents.extend([n.any_orthonormal_vector().extend(1.0); 3]);
@@ -110,7 +113,13 @@ pub(crate) fn voxelize(gpu: &Gpu, scene: &GpuScene, bounds: Aabb, grid: u32) -> 
     build(gpu, &mut Voxelizer::new(gpu, scene).unwrap(), scene, bounds, grid)
 }
 
-pub(crate) fn build(gpu: &Gpu, voxelizer: &mut Voxelizer, scene: &GpuScene, bounds: Aabb, grid: u32) -> Built {
+pub(crate) fn build(
+    gpu: &Gpu,
+    voxelizer: &mut Voxelizer,
+    scene: &GpuScene,
+    bounds: Aabb,
+    grid: u32,
+) -> Built {
     let (voxels, log) = voxelizer.voxelize(gpu, scene, &scene.mesh, bounds, grid).unwrap();
     let layout = Layout { origin: voxels.origin, voxel_size: voxels.voxel_size, cells: voxels.cells };
     let structure = gpu.read_buffer(&voxels.structure).unwrap();
@@ -126,9 +135,12 @@ impl Built {
         let table = &self.grid.structure[table_at as usize..bricks_at as usize];
         let mut cells = Vec::new();
         for (index, slot) in (0i32..).zip(table).filter(|(_, slot)| **slot != EMPTY) {
-            let brick = IVec3::new(index % bricks[0], index / bricks[0] % bricks[1], index / (bricks[0] * bricks[1]));
+            let brick =
+                IVec3::new(index % bricks[0], index / bricks[0] % bricks[1], index / (bricks[0] * bricks[1]));
             let at = (bricks_at + BRICK_WORDS * slot) as usize;
-            for (bit, word) in (0i32..16).flat_map(|word| (0i32..32).map(move |bit| (32 * (word & 1) + bit, word))) {
+            for (bit, word) in
+                (0i32..16).flat_map(|word| (0i32..32).map(move |bit| (32 * (word & 1) + bit, word)))
+            {
                 if (self.grid.structure[at + word as usize] >> (bit & 31)) & 1 == 1 {
                     let part = word / 2;
                     let corner = 4 * IVec3::new(part & 1, (part >> 1) & 1, part >> 2);

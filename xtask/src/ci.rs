@@ -31,8 +31,9 @@ pub fn run() -> Result<(), Failure> {
 /// Opens the window on a virtual screen for a few frames.
 fn window() -> Result<(), Failure> {
     system::window()?;
-    let viewer =
-        cargo(["run", "--quiet", "--package", "gridlight-viewer", "--", "cornell", "--frames", FRAMES]);
+    let small = ["cornell", "--camera", "0", "--trace-size", "80x60", "--grid", "64", "--spp", "1"];
+    let mut viewer = cargo(["run", "--quiet", "--package", "gridlight-viewer", "--"]);
+    viewer.args(small).args(["--frames", FRAMES]);
     let mut command = Command::new("xvfb-run");
     command.args(["--auto-servernum", "--server-args", "-screen 0 1024x768x24"]);
     command.arg(viewer.get_program()).args(viewer.get_args()).current_dir(crate::root());

@@ -23,8 +23,8 @@ const PASSES_PER_SUBMIT: usize = 8;
 pub struct RasterTargets<'a> {
     /// Colour views in the kernel's order, each with the value it is cleared to (none keeps what is there).
     pub colors: &'a [(&'a wgpu::TextureView, Option<wgpu::Color>)],
-    /// Depth view and the value it is cleared to.
-    pub depth: Option<(&'a wgpu::TextureView, f32)>,
+    /// Depth view and the value it is cleared to (none keeps what is there).
+    pub depth: Option<(&'a wgpu::TextureView, Option<f32>)>,
 }
 
 /// One frame being recorded.
@@ -181,7 +181,7 @@ impl<'g> Recorder<'g> {
                     wgpu::RenderPassDepthStencilAttachment {
                         view,
                         depth_ops: Some(wgpu::Operations {
-                            load: wgpu::LoadOp::Clear(clear),
+                            load: clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear),
                             store: wgpu::StoreOp::Store,
                         }),
                         stencil_ops: None,

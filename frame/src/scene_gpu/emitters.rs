@@ -36,7 +36,11 @@ pub(super) fn emitters(geometry: &Geometry, materials: &[scene::Material], image
     };
     (0u32..)
         .zip(&geometry.objects)
-        .map(|(object, o)| Emitter { object, triangles: o.triangles.clone(), power: power_of(&o.triangles) as f32 })
+        .map(|(object, o)| Emitter {
+            object,
+            triangles: o.triangles.clone(),
+            power: power_of(&o.triangles) as f32,
+        })
         .filter(|emitter| emitter.power > 0.0)
         .collect()
 }

@@ -109,7 +109,8 @@ impl RadianceScale {
             Sky::Map(map) => &map.radiance,
         };
         let sources: Vec<_> = emission.chain(sun).chain(punctual).collect();
-        let all = || sources.iter().chain(sky).flat_map(|c| c.to_array()).filter(|c| c.is_finite() && *c > 0.0);
+        let all =
+            || sources.iter().chain(sky).flat_map(|c| c.to_array()).filter(|c| c.is_finite() && *c > 0.0);
         let brightest = all().fold(0.0_f32, f32::max);
         if brightest == 0.0 {
             return Self { scale: 1.0, lost: 0 };
@@ -119,4 +120,3 @@ impl RadianceScale {
         Self { scale, lost: all().filter(|c| c * scale < SMALLEST).count() }
     }
 }
-

@@ -56,19 +56,28 @@ fn material_has_slot(flags: u32, slot: u32) -> bool {
 
 // ---- textures ----
 
+// Bit i: some material reads array i. Drivers that run all branches under a mask are spared the others.
+override material_arrays: u32 = 0x3ffu;
+
+fn material_reads(array: u32) -> bool {
+  return ((material_arrays >> array) & 1u) == 1u;
+}
+
 fn material_texel(array: u32, at: vec2i, layer: u32, level: u32) -> vec4f {
+  var texel = vec4f(1.0);
   switch (array) {
-    case 0u: { return textureLoad(textures_srgb_128, at, layer, level); }
-    case 1u: { return textureLoad(textures_srgb_256, at, layer, level); }
-    case 2u: { return textureLoad(textures_srgb_512, at, layer, level); }
-    case 3u: { return textureLoad(textures_srgb_1024, at, layer, level); }
-    case 4u: { return textureLoad(textures_srgb_2048, at, layer, level); }
-    case 5u: { return textureLoad(textures_linear_128, at, layer, level); }
-    case 6u: { return textureLoad(textures_linear_256, at, layer, level); }
-    case 7u: { return textureLoad(textures_linear_512, at, layer, level); }
-    case 8u: { return textureLoad(textures_linear_1024, at, layer, level); }
-    default: { return textureLoad(textures_linear_2048, at, layer, level); }
+    case 0u: { if (material_reads(0u)) { texel = textureLoad(textures_srgb_128, at, layer, level); } }
+    case 1u: { if (material_reads(1u)) { texel = textureLoad(textures_srgb_256, at, layer, level); } }
+    case 2u: { if (material_reads(2u)) { texel = textureLoad(textures_srgb_512, at, layer, level); } }
+    case 3u: { if (material_reads(3u)) { texel = textureLoad(textures_srgb_1024, at, layer, level); } }
+    case 4u: { if (material_reads(4u)) { texel = textureLoad(textures_srgb_2048, at, layer, level); } }
+    case 5u: { if (material_reads(5u)) { texel = textureLoad(textures_linear_128, at, layer, level); } }
+    case 6u: { if (material_reads(6u)) { texel = textureLoad(textures_linear_256, at, layer, level); } }
+    case 7u: { if (material_reads(7u)) { texel = textureLoad(textures_linear_512, at, layer, level); } }
+    case 8u: { if (material_reads(8u)) { texel = textureLoad(textures_linear_1024, at, layer, level); } }
+    default: { if (material_reads(9u)) { texel = textureLoad(textures_linear_2048, at, layer, level); } }
   }
+  return texel;
 }
 
 // A texel index brought back into 0..size: 0 repeat, 1 mirror, 2 clamp. Repeat and mirror need i >= -2 size.
@@ -115,12 +124,17 @@ fn material_lookup(slot: MaterialSlot, point: MeshPoint, area: f32, nearest: boo
 
 // ---- opacity ----
 
+// Whether `material_opacity` can be below 1.
+fn material_is_cut(material: u32) -> bool {
+  return (materials[material].flags & (MATERIAL_MASK | MATERIAL_BLEND)) != 0u;
+}
+
 // 1 where there is something, 0 in the hole of a mask (its nearest texel), the alpha of a blend.
 fn material_opacity(material: u32, point: MeshPoint, area: f32) -> f32 {
-  let flags = materials[material].flags;
-  if ((flags & (MATERIAL_MASK | MATERIAL_BLEND)) == 0u) {
+  if (!material_is_cut(material)) {
     return 1.0;
   }
+  let flags = materials[material].flags;
   let is_mask = (flags & MATERIAL_MASK) != 0u;
   var alpha = materials[material].base.a * point.color.a;
   if (material_has_slot(flags, MATERIAL_SLOT_BASE)) {
@@ -188,7 +202,7 @@ fn material_surface(material: u32, point: MeshPoint, area: f32) -> Surface {
   s.f0 = f0;
   s.transmission = transmission;
   s.coverage = 1.0;
-  if ((flags & (MATERIAL_MASK | MATERIAL_BLEND)) != 0u) {
+  if (material_is_cut(material)) {
     // The alpha of a mask's texture is 0 or 1 in mip 0, so that it is the covered share in every other.
     let cut = (flags & MATERIAL_MASK) != 0u && !material_has_slot(flags, MATERIAL_SLOT_BASE);
     s.coverage = select(base.a, select(0.0, 1.0, base.a >= materials[material].cutoff), cut);

@@ -94,7 +94,10 @@ const FIRST_SLOT: u32 = 8;
 const MOST: usize = 0xffff;
 
 /// Materials with everything left out that cannot be seen, so that it costs neither memory nor look-ups.
-pub(super) fn simplified(materials: &[scene::Material], model: Model) -> Result<Vec<scene::Material>, SceneGpuError> {
+pub(super) fn simplified(
+    materials: &[scene::Material],
+    model: Model,
+) -> Result<Vec<scene::Material>, SceneGpuError> {
     if materials.len() > MOST {
         return Err(SceneGpuError::TooManyMaterials { count: materials.len(), allowed: MOST });
     }
@@ -190,7 +193,9 @@ pub(super) fn encode(material: &scene::Material, pool: &TexturePool, radiance_sc
         flags |= UNLIT;
     }
     let mut encoded = [MaterialSlot::default(); 8];
-    for (index, (slot, u)) in slots(material).into_iter().enumerate().filter_map(|(i, used)| used.map(|u| (i, u))) {
+    for (index, (slot, u)) in
+        slots(material).into_iter().enumerate().filter_map(|(i, used)| used.map(|u| (i, u)))
+    {
         if let Some(place) = pool.place(&u) {
             encoded[index] = encode_slot(&slot, &place);
             flags |= 1 << (FIRST_SLOT + index as u32);

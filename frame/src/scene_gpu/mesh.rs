@@ -126,7 +126,9 @@ impl GpuMesh {
         if moving.is_empty() || before.len() != moving.len() {
             return;
         }
-        let write = |buffer: &Buffer, offset: usize, bytes: &[u8]| gpu.queue.write_buffer(buffer, offset as u64, bytes);
+        let write = |buffer: &Buffer, offset: usize, bytes: &[u8]| {
+            gpu.queue.write_buffer(buffer, offset as u64, bytes)
+        };
         let vertices = pack_vertices(geometry, self.layout, moving);
         write(&self.vertices, 4 * self.layout.stride as usize * first, bytemuck::cast_slice(&vertices));
         write(&self.previous, 12 * first, bytemuck::cast_slice(&pack_positions(before)));

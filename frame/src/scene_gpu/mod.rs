@@ -58,7 +58,9 @@ pub enum SceneGpuError {
         allowed: usize,
     },
     /// More pictures than the arrays have layers.
-    #[error("the scene uses {count} textures, the texture arrays hold at most {allowed} of a kind; merge some")]
+    #[error(
+        "the scene uses {count} textures, the texture arrays hold at most {allowed} of a kind; merge some"
+    )]
     TooManyTextures {
         /// In the scene.
         count: usize,
@@ -130,7 +132,8 @@ impl GpuScene {
     ) -> Result<(Self, Vec<String>), SceneGpuError> {
         let simplified = materials::simplified(&scene.materials, options.model)?;
         let budget = options.texture_budget_bytes.unwrap_or(TEXTURE_BUDGET_BYTES);
-        let (textures, mut warnings) = TexturePool::new(gpu, &scene.images, &materials::uses(&simplified), budget)?;
+        let (textures, mut warnings) =
+            TexturePool::new(gpu, &scene.images, &materials::uses(&simplified), budget)?;
         let RadianceScale { scale, lost } = RadianceScale::of(scene, geometry);
         if lost > 0 {
             warnings.push(format!("radiance_scale {scale}: {lost} radiances stay below the smallest step"));
@@ -171,6 +174,12 @@ impl GpuScene {
         if lights.len() as u32 == self.light_count && !lights.is_empty() {
             gpu.queue.write_buffer(&self.lights, 0, bytemuck::cast_slice(&lights));
         }
+    }
+
+    /// Values of the `override` constants of [`MESH_WGSL`] and [`MATERIAL_WGSL`] that are made for this scene alone.
+    pub fn constants(&self) -> [(&'static str, f64); 4] {
+        let [stride, uv1, color] = self.mesh.layout.constants();
+        [stride, uv1, color, ("material_arrays", self.textures.used_arrays().into())]
     }
 
     /// What [`MATERIAL_BINDS`] binds.

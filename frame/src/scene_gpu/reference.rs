@@ -82,7 +82,13 @@ pub fn lookup(image: &Image, slot: &TextureSlot, encoding: Encoding, uv: [Vec2; 
     row(y).lerp(row(y + 1), w.y)
 }
 
-fn read(scene: &Scene, slot: Option<TextureSlot>, encoding: Encoding, point: &MeshPoint, nearest: bool) -> Vec4 {
+fn read(
+    scene: &Scene,
+    slot: Option<TextureSlot>,
+    encoding: Encoding,
+    point: &MeshPoint,
+    nearest: bool,
+) -> Vec4 {
     let image = slot.and_then(|slot| scene.images.get(slot.image as usize).map(|image| (image, slot)));
     image.map_or(Vec4::ONE, |(image, slot)| lookup(image, &slot, encoding, point.uv, nearest))
 }
@@ -91,9 +97,8 @@ fn read(scene: &Scene, slot: Option<TextureSlot>, encoding: Encoding, point: &Me
 pub fn opacity(scene: &Scene, material: usize, point: &MeshPoint) -> f32 {
     let m = &scene.materials[material];
     let is_mask = matches!(m.alpha, Alpha::Mask(_));
-    let alpha = m.base_color.w
-        * point.color.w
-        * read(scene, m.base_color_texture, Encoding::Srgb, point, is_mask).w;
+    let alpha =
+        m.base_color.w * point.color.w * read(scene, m.base_color_texture, Encoding::Srgb, point, is_mask).w;
     match m.alpha {
         Alpha::Opaque => 1.0,
         Alpha::Mask(cutoff) => f32::from(u8::from(alpha >= cutoff)),

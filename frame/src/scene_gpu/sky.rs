@@ -16,7 +16,11 @@ pub const SKY_WGSL: &str = include_str!("sky.inc.wgsl");
 pub const SKY_BIND: Bind = Bind::texture(1, 13, "sky_map");
 
 /// Uploads it, and says where it had to be made smaller.
-pub(super) fn upload(gpu: &Gpu, sky: &Sky, radiance_scale: f32) -> Result<(Texture, Option<String>), GpuError> {
+pub(super) fn upload(
+    gpu: &Gpu,
+    sky: &Sky,
+    radiance_scale: f32,
+) -> Result<(Texture, Option<String>), GpuError> {
     let mut warning = None;
     let mut plane = match sky {
         Sky::Constant(radiance) => Plane { size: [1, 1], texels: vec![radiance.extend(1.0)] },
@@ -32,7 +36,8 @@ pub(super) fn upload(gpu: &Gpu, sky: &Sky, radiance_scale: f32) -> Result<(Textu
     }
     if plane.size != size {
         let ([w, h], [to_w, to_h]) = (size, plane.size);
-        warning = Some(format!("sky of {w} x {h} is averaged to {to_w} x {to_h}: textures end at {most} texels"));
+        warning =
+            Some(format!("sky of {w} x {h} is averaged to {to_w} x {to_h}: textures end at {most} texels"));
     }
     let size = plane.size.map(|n| n as u32);
     let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;

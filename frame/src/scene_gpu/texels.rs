@@ -28,7 +28,12 @@ pub(super) struct Plane {
 impl Plane {
     /// Decodes 8-bit texels. With a threshold, alpha becomes 1 from this code on and 0 below: the mean of a mask's
     /// alpha then is the share that it leaves.
-    pub(super) fn decode(size: [usize; 2], rgba: &[[u8; 4]], encoding: Encoding, threshold: Option<u16>) -> Self {
+    pub(super) fn decode(
+        size: [usize; 2],
+        rgba: &[[u8; 4]],
+        encoding: Encoding,
+        threshold: Option<u16>,
+    ) -> Self {
         let table: Vec<f32> = (0..=255u8)
             .map(|code| match encoding {
                 Encoding::Srgb => linear_from_srgb(f32::from(code) / 255.0),
@@ -70,7 +75,8 @@ impl Plane {
             for &(from_row, row_share) in row {
                 let line = &self.texels[from_row * self.size[0]..][..self.size[0]];
                 for (sum, column) in narrow.iter_mut().zip(&columns) {
-                    *sum += column.iter().map(|&(from, share)| line[from] * (share * row_share)).sum::<Vec4>();
+                    *sum +=
+                        column.iter().map(|&(from, share)| line[from] * (share * row_share)).sum::<Vec4>();
                 }
             }
             texels.extend_from_slice(&narrow);

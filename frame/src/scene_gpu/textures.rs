@@ -91,6 +91,11 @@ impl TexturePool {
         self.places.get(wanted).copied()
     }
 
+    /// Bit i is set where array i holds a picture.
+    pub fn used_arrays(&self) -> u32 {
+        self.places.values().fold(0, |used, place| used | (1 << place.array))
+    }
+
     /// Bytes of all arrays.
     pub fn bytes(&self) -> u64 {
         self.arrays.iter().map(Texture::bytes).sum()
@@ -125,7 +130,14 @@ fn upload(gpu: &Gpu, array: &Texture, image: &Image, u: &Use, place: &Place) {
             plane = plane.mip();
         }
         let texels = plane.encode(u.encoding);
-        super::write(gpu, array, mip, place.layer, plane.size.map(|n| n as u32), bytemuck::cast_slice(&texels));
+        super::write(
+            gpu,
+            array,
+            mip,
+            place.layer,
+            plane.size.map(|n| n as u32),
+            bytemuck::cast_slice(&texels),
+        );
     }
     // Lets wgpu free its staging memory before the next picture.
     gpu.queue.submit([]);
@@ -151,7 +163,8 @@ impl Plan {
         let mut warnings = Vec::new();
         let longest = sizes.iter().flatten().copied().max().unwrap_or(1);
         if longest > LARGEST {
-            let count = sizes.iter_mut().filter(|size| size[0].max(size[1]) > LARGEST).map(halve_to_largest).count();
+            let count =
+                sizes.iter_mut().filter(|size| size[0].max(size[1]) > LARGEST).map(halve_to_largest).count();
             warnings.push(format!(
                 "{count} textures of up to {longest} texels a side are averaged to at most {LARGEST}"
             ));
@@ -212,7 +225,8 @@ fn assign(
             Encoding::Linear => CLASSES.len(),
         };
         let classes = class_of(sizes[i][0].max(sizes[i][1]))..CLASSES.len();
-        let Some(array) = classes.map(|class| first + class).find(|&array| layers[array] < most_layers) else {
+        let Some(array) = classes.map(|class| first + class).find(|&array| layers[array] < most_layers)
+        else {
             let allowed = most_layers as usize * CLASSES.len();
             return Err(SceneGpuError::TooManyTextures { count: uses.len(), allowed });
         };
@@ -223,6 +237,7 @@ fn assign(
 }
 
 fn bytes(layers: &[u32; ARRAYS]) -> u64 {
-    let class_bytes = |class: u32| (0..=class.ilog2()).map(|mip| 4 * u64::from(class >> mip).pow(2)).sum::<u64>();
+    let class_bytes =
+        |class: u32| (0..=class.ilog2()).map(|mip| 4 * u64::from(class >> mip).pow(2)).sum::<u64>();
     layers.iter().zip(CLASSES.iter().cycle()).map(|(&n, &class)| u64::from(n) * class_bytes(class)).sum()
 }

@@ -26,8 +26,8 @@ mod tests;
 use frame::info::Frame;
 use frame::scene_gpu::{self, GpuMesh, GpuScene};
 use frame::{
-    Bind, GBuffer, Gpu, GpuError, Kernel, KernelDesc, Knob, RasterDesc, RasterKernel, RasterTargets, Recorder, Room,
-    Texture, Uniform,
+    Bind, GBuffer, Gpu, GpuError, Kernel, KernelDesc, Knob, RasterDesc, RasterKernel, RasterTargets,
+    Recorder, Room, Texture, Uniform,
 };
 use wgpu::{BindingResource, Color, TextureFormat, TextureUsages};
 
@@ -45,12 +45,91 @@ frame::gpu_struct! {
 
 /// The raster gather, with what it needs for every size it was told of.
 pub struct Gather {
-    visible: RasterKernel,
+    visible: Visible,
     kernel: Kernel,
-    is_tested: bool,
     targets: Vec<Targets>,
     mips: bool,
     bend: bool,
+}
+
+/// How visible triangles are found. Testing opacity is what costs most, so where some triangles need it, those without
+/// holes are drawn first and alone.
+enum Visible {
+    /// Nothing is cut out or blended.
+    All(RasterKernel),
+    /// First those without holes, then the others.
+    SolidThenCut(RasterKernel, RasterKernel),
+}
+
+impl Visible {
+    fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
+        let kernel = |name, entries, bindings: &[&[Bind]]| {
+            RasterKernel::new(
+                gpu,
+                &RasterDesc {
+                    name,
+                    sources: &sources(include_str!("visible.wgsl")),
+                    entries,
+                    bindings: &bindings.concat(),
+                    constants: &scene.constants(),
+                    targets: &[TextureFormat::R32Uint.into()],
+                    depth: Some(wgpu::DepthStencilState {
+                        format: TextureFormat::Depth32Float,
+                        depth_write_enabled: Some(true),
+                        depth_compare: Some(wgpu::CompareFunction::Greater),
+                        stencil: wgpu::StencilState::default(),
+                        bias: wgpu::DepthBiasState::default(),
+                    }),
+                },
+            )
+        };
+        let (mesh, materials) = (&scene_gpu::MESH_BINDS, &scene_gpu::MATERIAL_BINDS);
+        if !scene.needs.coverage {
+            let bindings = [&[FRAME][..], mesh];
+            return Ok(Self::All(kernel("gather/visible", ["visible_all", "visible_untested"], &bindings)?));
+        }
+        let bindings = [&[FRAME][..], mesh, &materials[..1]];
+        let solid = kernel("gather/solid", ["visible_solid", "visible_untested"], &bindings)?;
+        let bindings = [&[FRAME, PARAMS][..], mesh, materials];
+        let cut = kernel("gather/cut", ["visible_cut", "visible_tested"], &bindings)?;
+        Ok(Self::SolidThenCut(solid, cut))
+    }
+
+    fn draw(
+        &self,
+        recorder: &mut Recorder<'_>,
+        pass: &str,
+        [uniform, params]: [&Uniform; 2],
+        scene: &GpuScene,
+        mesh: &GpuMesh,
+        into: &Targets,
+    ) {
+        let [vertices, triangles] = mesh.resources();
+        let vertex_count = 3 * mesh.triangle_count;
+        let mut draw =
+            |pass: &str, kernel: &RasterKernel, resources: &[BindingResource<'_>], is_first: bool| {
+                let targets = RasterTargets {
+                    colors: &[(into.triangle.view(), is_first.then_some(Color::TRANSPARENT))],
+                    depth: Some((into.depth.view(), is_first.then_some(0.0))),
+                };
+                recorder.raster(pass, kernel, resources, &targets, 0..vertex_count);
+                recorder.output(pass, &into.triangle);
+            };
+        let frame = uniform.binding();
+        match self {
+            Self::All(kernel) => {
+                draw(&format!("{pass}/visible"), kernel, &[frame, vertices, triangles], true)
+            }
+            Self::SolidThenCut(solid, cut) => {
+                let materials = scene.material_resources();
+                let resources = [frame.clone(), vertices.clone(), triangles.clone(), materials[0].clone()];
+                draw(&format!("{pass}/solid"), solid, &resources, true);
+                let mut resources = vec![frame, params.binding(), vertices, triangles];
+                resources.extend(materials);
+                draw(&format!("{pass}/cut"), cut, &resources, false);
+            }
+        }
+    }
 }
 
 /// What the first pass draws into.
@@ -61,10 +140,15 @@ struct Targets {
 
 impl Targets {
     fn new(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<Self, GpuError> {
-        let make = |label, format, usage| gpu.texture(Room::GBuffer, label, [width, height, 1], 1, format, usage);
+        let make =
+            |label, format, usage| gpu.texture(Room::GBuffer, label, [width, height, 1], 1, format, usage);
         let target = TextureUsages::RENDER_ATTACHMENT;
         Ok(Self {
-            triangle: make("Gather::triangle", TextureFormat::R32Uint, target | TextureUsages::TEXTURE_BINDING)?,
+            triangle: make(
+                "Gather::triangle",
+                TextureFormat::R32Uint,
+                target | TextureUsages::TEXTURE_BINDING,
+            )?,
             depth: make("Gather::depth", TextureFormat::Depth32Float, target)?,
         })
     }
@@ -90,36 +174,11 @@ const fn sources(last: &'static str) -> [&'static str; 7] {
 }
 
 impl Gather {
-    /// Compiles it for meshes with this scene's vertex layout.
+    /// Compiles it for this scene's textures and meshes of its vertex layout.
     ///
     /// # Errors
     /// The driver refuses a shader.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, GpuError> {
-        let is_tested = scene.needs.coverage;
-        let mut bindings = vec![FRAME];
-        bindings.extend(is_tested.then_some(PARAMS));
-        bindings.extend(scene_gpu::MESH_BINDS);
-        if is_tested {
-            bindings.extend(scene_gpu::MATERIAL_BINDS);
-        }
-        let visible = RasterKernel::new(
-            gpu,
-            &RasterDesc {
-                name: "gather/visible",
-                sources: &sources(include_str!("visible.wgsl")),
-                entries: ["visible_vertex", if is_tested { "visible_tested" } else { "visible_opaque" }],
-                bindings: &bindings,
-                constants: &scene.mesh.layout.constants(),
-                targets: &[TextureFormat::R32Uint.into()],
-                depth: Some(wgpu::DepthStencilState {
-                    format: TextureFormat::Depth32Float,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: wgpu::StencilState::default(),
-                    bias: wgpu::DepthBiasState::default(),
-                }),
-            },
-        )?;
         let mut bindings = vec![FRAME, PARAMS];
         bindings.extend(scene_gpu::MESH_BINDS);
         bindings.push(scene_gpu::MESH_PREVIOUS_BIND);
@@ -140,10 +199,10 @@ impl Gather {
                 entry: "gather",
                 workgroup: [8, 8, 1],
                 bindings: &bindings,
-                constants: &scene.mesh.layout.constants(),
+                constants: &scene.constants(),
             },
         )?;
-        Ok(Self { visible, kernel, is_tested, targets: Vec::new(), mips: true, bend: true })
+        Ok(Self { visible: Visible::new(gpu, scene)?, kernel, targets: Vec::new(), mips: true, bend: true })
     }
 
     /// Settings of the stage `gather`.
@@ -176,7 +235,7 @@ impl Gather {
         Ok(())
     }
 
-    /// Records both passes. `mesh` is the scene's or what a tessellator made of it, in the same layout.
+    /// Records the passes. `mesh` is the scene's or what a tessellator made of it, in the same layout.
     ///
     /// # Panics
     /// [`Gather::resize`] was not told of this size: a mistake in the program.
@@ -191,27 +250,12 @@ impl Gather {
     ) {
         let size = out.size();
         let targets = self.targets.iter().find(|targets| targets.size() == size);
-        let targets = targets.unwrap_or_else(|| unreachable!("{pass}: resize was not told of {size:?} pixels"));
-        let params = GatherParams {
-            size,
-            area_scale: if self.mips { 1.0 } else { 0.0 },
-            bend: u32::from(self.bend),
-        };
+        let targets =
+            targets.unwrap_or_else(|| unreachable!("{pass}: resize was not told of {size:?} pixels"));
+        let params =
+            GatherParams { size, area_scale: if self.mips { 1.0 } else { 0.0 }, bend: u32::from(self.bend) };
         let params = recorder.uniform(&params);
-
-        let mut resources: Vec<BindingResource<'_>> = vec![uniform.binding()];
-        resources.extend(self.is_tested.then(|| params.binding()));
-        resources.extend(mesh.resources());
-        if self.is_tested {
-            resources.extend(scene.material_resources());
-        }
-        let drawn = RasterTargets {
-            colors: &[(targets.triangle.view(), Some(Color::TRANSPARENT))],
-            depth: Some((targets.depth.view(), 0.0)),
-        };
-        let visible = format!("{pass}/visible");
-        recorder.raster(&visible, &self.visible, &resources, &drawn, 0..3 * mesh.triangle_count);
-        recorder.output(&visible, &targets.triangle);
+        self.visible.draw(recorder, pass, [uniform, &params], scene, mesh, targets);
 
         let mut resources: Vec<BindingResource<'_>> = vec![uniform.binding(), params.binding()];
         resources.extend(mesh.resources());

@@ -89,7 +89,13 @@ impl<'a> Caster<'a> {
     }
 
     /// What a pixel sees at `point` of an image of this size; the pixel decides which share of a blend it takes.
-    pub fn gather_at(&self, frame: &FrameInfo, size: [u32; 2], pixel: [u32; 2], point: [f64; 2]) -> Option<Hit> {
+    pub fn gather_at(
+        &self,
+        frame: &FrameInfo,
+        size: [u32; 2],
+        pixel: [u32; 2],
+        point: [f64; 2],
+    ) -> Option<Hit> {
         let (origin, direction) = camera_ray(frame, size, point);
         let hash = surface::hash(pixel[1].wrapping_add(surface::hash(frame.seed)));
         let hash = surface::hash(pixel[0].wrapping_add(hash));

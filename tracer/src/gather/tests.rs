@@ -152,13 +152,17 @@ fn check(stage: &Stage, pixel: &Pixel, hit: &Hit, around: &[Hit; 4], at: [u32; 2
     let error = (pixel.surface.base - s.base).abs().max_element();
     assert!(error <= allowed, "{at:?}: base {} against {}", pixel.surface.base, s.base);
     // RGB9E5: 2^-9 of the largest channel.
-    let allowed = s.emission.max_element() / 256.0 + spread(&|h| (h.surface.emission - s.emission).abs().max_element());
+    let allowed =
+        s.emission.max_element() / 256.0 + spread(&|h| (h.surface.emission - s.emission).abs().max_element());
     let error = (pixel.surface.emission - s.emission).abs().max_element();
     assert!(error <= allowed, "{at:?}: emission {} against {}", pixel.surface.emission, s.emission);
     // Half a code of 255.
     let lobe = |s: &Surface| Vec3::new(s.roughness.x, s.roughness.y, s.metalness);
     let allowed = 0.0025 + spread(&|h| (lobe(&h.surface) - lobe(s)).abs().max_element());
-    assert!((lobe(&pixel.surface) - lobe(s)).abs().max_element() <= allowed, "{at:?}: roughness or metalness");
+    assert!(
+        (lobe(&pixel.surface) - lobe(s)).abs().max_element() <= allowed,
+        "{at:?}: roughness or metalness"
+    );
     let same = |s: &Surface| (s.two_sided, s.handedness);
     assert_eq!(same(&pixel.surface), same(s), "{at:?}: two-sided, handedness");
     assert_eq!(pixel.motion, Vec2::ZERO, "{at:?}: what stands still moves");
@@ -176,7 +180,7 @@ fn spheres_are_seen_alike() {
 
 #[test]
 fn textures_backs_and_blends_are_seen_alike() {
-    // The back of the relief's wall through its own texture, and a room whose walls are veils.
+    // The back of the relief's wall through its own texture, and a room some of whose walls are veils.
     let mut stage = Stage::new(Scene::load("relief").unwrap());
     let camera = &mut stage.frame.camera;
     camera.eye = stage.scene.bounds().center() - 1.2 * (camera.eye - stage.scene.bounds().center());
@@ -185,7 +189,7 @@ fn textures_backs_and_blends_are_seen_alike() {
     compare(&stage);
 
     let mut scene = Scene::load("cornell").unwrap();
-    for m in &mut scene.materials {
+    for m in scene.materials.iter_mut().step_by(2) {
         m.alpha = Alpha::Blend;
         m.base_color.w = 0.6;
     }

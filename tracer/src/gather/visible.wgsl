@@ -6,8 +6,7 @@ struct VisibleVertex {
   @location(1) @interpolate(flat) triangle: u32,
 };
 
-@vertex
-fn visible_vertex(@builtin(vertex_index) index: u32) -> VisibleVertex {
+fn visible_corner(index: u32) -> VisibleVertex {
   let triangle = index / 3u;
   let corner = index % 3u;
   let vertex = mesh_triangle(triangle)[corner];
@@ -18,9 +17,30 @@ fn visible_vertex(@builtin(vertex_index) index: u32) -> VisibleVertex {
   return out;
 }
 
-// Where nothing is cut out or blended.
+// All triangles.
+@vertex
+fn visible_all(@builtin(vertex_index) index: u32) -> VisibleVertex {
+  return visible_corner(index);
+}
+
+// Those without holes; the others shrink to a point.
+@vertex
+fn visible_solid(@builtin(vertex_index) index: u32) -> VisibleVertex {
+  var out = visible_corner(index);
+  out.position = select(out.position, vec4f(0.0, 0.0, 0.0, 1.0), material_is_cut(mesh_material(out.triangle)));
+  return out;
+}
+
+// The others.
+@vertex
+fn visible_cut(@builtin(vertex_index) index: u32) -> VisibleVertex {
+  var out = visible_corner(index);
+  out.position = select(vec4f(0.0, 0.0, 0.0, 1.0), out.position, material_is_cut(mesh_material(out.triangle)));
+  return out;
+}
+
 @fragment
-fn visible_opaque(in: VisibleVertex) -> @location(0) u32 {
+fn visible_untested(in: VisibleVertex) -> @location(0) u32 {
   return in.triangle + 1u;
 }
 

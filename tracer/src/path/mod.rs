@@ -9,8 +9,8 @@
 //! lobe with probability `q_l`; a first-hit light sample adds `f_l cos L w_l / (p_light M_l)` to both. One dispatch
 //! starts a path per pixel, further dispatches advance all of them by a few segments, one resolve makes the images: no
 //! dispatch runs longer than the software driver's loop cap allows, whatever the number of samples and bounces.
-//! Worst case per dispatch and invocation: `segments * lines * (3 R + 8)` iterations for a grid of R cells, kept under
-//! the measured cap; lines is 1, 2 where there are lights, 9 where these meet thin sheets.
+//! Worst case per dispatch and invocation: `segments * lines * (3 R + 16)` iterations for a grid of R cells, kept under
+//! the measured cap; lines is 1, 2 where there are lights, 17 where these meet thin sheets.
 //!
 //! Departs from the paper: two demodulated lobes instead of one light image, so that a filter treats gloss and matte by
 //! their own roughness; both sun and punctual lights are shadow rays (the paper has neither).
@@ -26,10 +26,11 @@ use frame::{
     Bind, Buffer, GBuffer, Gpu, GpuError, Kernel, KernelDesc, Knob, RadianceImage, Recorder, Room, Texture, Uniform,
     brdf, gpu_struct, info, surface,
 };
+use scene::SceneNeeds;
 use wgpu::TextureFormat;
 
-/// Panes, cut-outs and blends a segment may pass before it counts as blocked.
-const PASSES: u32 = 8;
+/// Panes, cut-outs, blends and cells of the surface left that a ray may pass before it counts as blocked.
+const PASSES: u32 = 16;
 /// Segments per dispatch where no loop cap is known: bounds the time of one dispatch.
 const MOST_SEGMENTS: u32 = 8;
 /// With no bounce limit, roulette ends paths; this many scatterings end them all. At throughput 0.95 a path gets so far
@@ -119,13 +120,13 @@ struct PathParams {
 }";
 
 /// What a search structure brings: its snippets and what they bind.
-pub(crate) struct Structure<'a> {
+pub(crate) struct Structure {
     /// Path of its passes: `trace/voxel`.
-    pub(crate) pass: &'a str,
+    pub(crate) pass: &'static str,
     /// WGSL that defines `Hit`, `hit_trace`, `hit_start`, `hit_leave`, `hit_pass`.
-    pub(crate) sources: &'a [&'a str],
+    pub(crate) sources: &'static [&'static str],
     /// What those use, group 1.
-    pub(crate) binds: &'a [Bind],
+    pub(crate) binds: &'static [Bind],
 }
 
 /// Buffers of one trace size.
@@ -140,20 +141,15 @@ struct Sized {
     size: [u32; 2],
 }
 
-/// The kernels and buffers of paths.
-pub(crate) struct Paths {
-    pass: String,
+/// The kernels of a scene: what it does not have is not in them.
+struct Kernels {
     start: Kernel,
     segment: Kernel,
     resolve: Kernel,
-    /// Per dispatch, where the driver's loop cap allows them.
-    pub(crate) most_segments: u32,
-    sized: Option<Sized>,
 }
 
-impl Paths {
-    pub(crate) fn new(gpu: &Gpu, structure: &Structure<'_>) -> Result<Self, GpuError> {
-        let prelude = format!("const PATH_PASSES = {PASSES}u;");
+impl Kernels {
+    fn new(gpu: &Gpu, structure: &Structure, needs: &SceneNeeds) -> Result<Self, GpuError> {
         let shared = [
             info::WGSL,
             surface::WGSL,
@@ -164,11 +160,17 @@ impl Paths {
             lights::WGSL,
             scene_gpu::SKY_WGSL,
             PARAMS_WGSL,
-            prelude.as_str(),
         ];
         let sources = |last: &[&'static str]| -> Vec<&str> {
             shared.iter().chain(structure.sources).chain(last).copied().collect()
         };
+        let constants = [
+            ("path_lights", f64::from(needs.shadow_rays)),
+            ("path_specular", f64::from(needs.specular)),
+            ("path_transmission", f64::from(needs.transmission)),
+            ("path_coverage", f64::from(needs.coverage)),
+            ("path_passes", f64::from(PASSES)),
+        ];
         let of_frame =
             [Bind::uniform::<info::Frame>(0, 0, "frame"), Bind::uniform::<PathParams>(0, 1, "params")];
         let (table, lights) = (scene_gpu::BRDF_TABLE_BIND, scene_gpu::LIGHTS_BIND);
@@ -176,8 +178,9 @@ impl Paths {
         let sums = Bind::storage(1, 31, "sums");
         let sample_counts = Bind::storage(1, 32, "sample_counts");
         let counters = Bind::storage(1, 33, "counters");
-        let kernel = |name: &str, sources: &[&str], entry, bindings: &[Bind]| {
-            Kernel::new(gpu, &KernelDesc { name, sources, entry, workgroup: [8, 8, 1], bindings, constants: &[] })
+        let kernel = |entry, sources: &[&str], bindings: &[Bind], constants: &[(&str, f64)]| {
+            let workgroup = [8, 8, 1];
+            Kernel::new(gpu, &KernelDesc { name: entry, sources, entry, workgroup, bindings, constants })
         };
 
         let mut bindings = of_frame.to_vec();
@@ -190,13 +193,13 @@ impl Paths {
             Bind::texture_uint(2, 2, "in_face_normal"),
             Bind::texture_uint(2, 3, "in_motion_id"),
         ]);
-        let start = kernel("path_start", &sources(&[PATH_WGSL, START_WGSL]), "path_start", &bindings)?;
+        let start = kernel("path_start", &sources(&[PATH_WGSL, START_WGSL]), &bindings, &constants)?;
 
         let mut bindings = of_frame.to_vec();
         bindings.extend([scene_gpu::SKY_BIND, table, lights]);
         bindings.extend(structure.binds);
         bindings.extend([paths, sums, counters]);
-        let segment = kernel("path_segment", &sources(&[PATH_WGSL, SEGMENT_WGSL]), "path_segment", &bindings)?;
+        let segment = kernel("path_segment", &sources(&[PATH_WGSL, SEGMENT_WGSL]), &bindings, &constants)?;
 
         let bindings = [
             of_frame[0],
@@ -207,11 +210,29 @@ impl Paths {
             Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
             Bind::storage_texture(3, 2, "out_samples", TextureFormat::R32Uint),
         ];
-        let resolve = kernel("path_resolve", &[info::WGSL, RESOLVE_WGSL], "path_resolve", &bindings)?;
-        Ok(Self { pass: structure.pass.into(), start, segment, resolve, most_segments: MOST_SEGMENTS, sized: None })
+        let resolve = kernel("path_resolve", &[info::WGSL, RESOLVE_WGSL], &bindings, &[])?;
+        Ok(Self { start, segment, resolve })
+    }
+}
+
+/// The kernels and buffers of paths through one kind of structure.
+pub(crate) struct Paths {
+    structure: Structure,
+    kernels: Option<(SceneNeeds, Kernels)>,
+    /// Most segments of a dispatch; tests lower it.
+    pub(crate) most_segments: u32,
+    sized: Option<Sized>,
+}
+
+impl Paths {
+    pub(crate) fn new(structure: Structure) -> Self {
+        Self { structure, kernels: None, most_segments: MOST_SEGMENTS, sized: None }
     }
 
     pub(crate) fn resize(&mut self, gpu: &Gpu, scene: &GpuScene, size: [u32; 2]) -> Result<(), GpuError> {
+        if self.kernels.as_ref().is_none_or(|(needs, _)| *needs != scene.needs) {
+            self.kernels = Some((scene.needs, Kernels::new(gpu, &self.structure, &scene.needs)?));
+        }
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         // What was there goes first, so that the two sizes never stand side by side.
@@ -243,8 +264,8 @@ impl Paths {
         gbuffer: &GBuffer,
         settings: &PathSettings,
     ) -> RadianceImage {
-        let Some(sized) = &self.sized else {
-            unreachable!("{}: resize comes before trace", self.pass);
+        let (Some((_, kernels)), Some(sized)) = (&self.kernels, &self.sized) else {
+            unreachable!("{}: resize comes before trace", self.structure.pass);
         };
         for buffer in [&sized.sums, &sized.sample_counts, &sized.counters] {
             recorder.clear(buffer);
@@ -272,7 +293,7 @@ impl Paths {
             roulette_from: if settings.bounces.is_some() { u32::MAX } else { settings.roulette_from },
             segments,
         };
-        let [start, segment, resolve] = ["start", "segment", "resolve"].map(|part| format!("{}/{part}", self.pass));
+        let [start, segment, resolve] = ["start", "segment", "resolve"].map(|part| format!("{}/{part}", self.structure.pass));
         if bounces > 0 {
             for sample in 0..settings.spp {
                 params.sample = sample;
@@ -294,7 +315,7 @@ impl Paths {
                     [&gbuffer.surface, &gbuffer.distance, &gbuffer.face_normal, &gbuffer.motion_id]
                         .map(|t| wgpu::BindingResource::TextureView(t.view())),
                 );
-                recorder.compute(&start, &self.start, &resources, groups);
+                recorder.compute(&start, &kernels.start, &resources, groups);
 
                 let mut resources = vec![
                     uniform.binding(),
@@ -312,7 +333,7 @@ impl Paths {
                 // A sheet passed at the first hit uses up no bounce: such a path has one segment more.
                 let most = bounces + u32::from(scene.needs.transmission);
                 for _ in 0..most.div_ceil(segments) {
-                    recorder.compute(&segment, &self.segment, &resources, groups);
+                    recorder.compute(&segment, &kernels.segment, &resources, groups);
                 }
                 recorder.progress((sample + 1) as f32 / settings.spp as f32);
             }
@@ -327,7 +348,7 @@ impl Paths {
             wgpu::BindingResource::TextureView(specular.view()),
             wgpu::BindingResource::TextureView(sized.light.samples.view()),
         ];
-        recorder.compute(&resolve, &self.resolve, &resources, groups);
+        recorder.compute(&resolve, &kernels.resolve, &resources, groups);
         recorder.output(&format!("{resolve}/diffuse"), &sized.light.diffuse);
         if let Some(specular) = &sized.light.specular {
             recorder.output(&format!("{resolve}/specular"), specular);

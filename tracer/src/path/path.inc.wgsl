@@ -10,11 +10,20 @@ struct Path {
     // Length so far of the first segment, m: a pane passed on the way lengthens it.
     first_distance: f32,
     throughput: vec3f,
-    _pad0: u32,
+    // The surface left, as the structure names it.
+    own_x: u32,
     // Of the solid the path is in, 1/m; zero outside.
     absorption: vec3f,
-    _pad1: u32,
+    own_y: u32,
 }
+
+// What the scene has; what it has not costs no instruction.
+override path_lights = true;
+override path_specular = true;
+override path_transmission = true;
+override path_coverage = true;
+// Panes, cut-outs, blends and cells of the surface left that one ray may pass.
+override path_passes = 16u;
 
 // Bits of `state`; the number of scatterings so far stands above them.
 const PATH_ALIVE = 1u;
@@ -23,6 +32,9 @@ const PATH_INSIDE = 4u;
 // The first segment's length has not been noted yet.
 const PATH_FIRST = 8u;
 const PATH_BOUNCE_SHIFT = 8u;
+
+// A ray that leaves no surface the structure knows.
+const PATH_NO_OWN = vec2u(0xffffffffu);
 
 @group(1) @binding(30) var<storage, read_write> paths: array<Path>;
 // Two per pixel: diffuse, specular; rgb = sum of demodulated radiance, a = sum of first lengths.
@@ -53,8 +65,21 @@ fn path_count(local: u32) {
     }
 }
 
-fn path_pixel(index: u32) -> vec2u {
-    return vec2u(index % frame.trace_size.x, index / frame.trace_size.x);
+// A surface without what the scene does not have: fields become constants, and what depends on them goes.
+fn path_surface(stored: Surface) -> Surface {
+    var s = stored;
+    if (!path_specular) {
+        s.f0 = 0.0;
+        s.metalness = 0.0;
+    }
+    if (!path_transmission) {
+        s.transmission = 0.0;
+        s.thin = false;
+    }
+    if (!path_coverage) {
+        s.coverage = 1.0;
+    }
+    return s;
 }
 
 // Probability of starting in the diffuse lobe: by luminance, kept in 0.1..0.9 where both lobes are there.
@@ -88,7 +113,7 @@ struct PathScatter {
 
 fn path_scatter(surface: Surface, wo: vec3f, face: vec3f, specular: bool, u: vec3f, inside: bool) -> PathScatter {
     var sample: BrdfSample;
-    if (specular) {
+    if (path_specular && specular) {
         sample = brdf_sample_specular(surface, wo, u, inside);
     } else {
         sample = brdf_sample_diffuse(path_demodulated(surface), wo, u.xy);
@@ -99,18 +124,23 @@ fn path_scatter(surface: Surface, wo: vec3f, face: vec3f, specular: bool, u: vec
 }
 
 // Share of light that arrives along a shadow ray: cut-outs, blends and thin panes let theirs through.
-fn path_visibility(from_point: vec3f, wi: vec3f, distance: f32) -> vec3f {
+fn path_visibility(from_point: vec3f, wi: vec3f, distance: f32, leaves: vec2u) -> vec3f {
     var visibility = vec3f(1.0);
     var origin = from_point;
     var left = distance;
-    var fresh = true;
-    for (var passed = 0u; passed < PATH_PASSES; passed += 1u) {
-        let hit = hit_trace(origin, wi, left, fresh);
-        fresh = false;
+    var own = leaves;
+    for (var passed = 0u; passed < path_passes; passed += 1u) {
+        let hit = hit_trace(origin, wi, left, own);
         if (!hit.found) {
             return visibility;
         }
-        let s = hit.surface;
+        let s = path_surface(hit.surface);
+        origin = hit_pass(origin + hit.distance * wi, hit, wi);
+        left -= hit.distance;
+        if (hit.again) {
+            continue;
+        }
+        own = hit.own;
         var through = vec3f(1.0 - s.coverage);
         if (s.thin && s.transmission > 0.0) {
             let facet = brdf_facet(s, min(abs(dot(s.normal, wi)), 1.0), false);
@@ -120,8 +150,6 @@ fn path_visibility(from_point: vec3f, wi: vec3f, distance: f32) -> vec3f {
         if (max(visibility.x, max(visibility.y, visibility.z)) <= 0.0) {
             return vec3f(0.0);
         }
-        origin = hit_pass(origin + hit.distance * wi, hit, wi);
-        left -= hit.distance;
     }
     return vec3f(0.0);
 }
@@ -132,15 +160,18 @@ struct PathLight {
     specular: vec3f,
 }
 
-fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, origin: vec3f) -> PathLight {
+fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, origin: vec3f, own: vec2u) -> PathLight {
     let cosine = dot(surface.normal, sample.wi);
     // Seen from below its shading normal's horizon a surface is black, as for the samples of its lobes.
     if (min(cosine, dot(surface.normal, wo)) < BRDF_LEAST_COSINE || dot(face, sample.wi) <= 0.0 || max(sample.irradiance.x, max(sample.irradiance.y, sample.irradiance.z)) <= 0.0) {
         return PathLight(vec3f(0.0), vec3f(0.0));
     }
     atomicAdd(&tally[TALLY_RAYS], 1u);
-    let arriving = sample.irradiance * cosine * path_visibility(origin, sample.wi, sample.distance);
-    let specular = brdf_eval(surface, wo, sample.wi).specular;
+    let arriving = sample.irradiance * cosine * path_visibility(origin, sample.wi, sample.distance, own);
+    var specular = vec3f(0.0);
+    if (path_specular) {
+        specular = brdf_eval(surface, wo, sample.wi).specular;
+    }
     return PathLight(arriving * brdf_diffuse(path_demodulated(surface), wo, sample.wi) / BRDF_PI, arriving * specular);
 }
 

@@ -26,14 +26,30 @@ pub(crate) struct Hit {
     pub(crate) face: Vec3,
     /// Of the face that the ray entered through, towards the ray.
     pub(crate) entry: Vec3,
+    /// The surface, as the structure names it.
+    pub(crate) own: [u32; 2],
+    /// It is the surface that the ray leaves or has just passed.
+    pub(crate) again: bool,
 }
+
+/// A ray that leaves no surface the structure knows.
+pub(crate) const NO_OWN: [u32; 2] = [u32::MAX; 2];
 
 /// What a search structure brings: `hit_trace`, `hit_start`, `hit_leave`, `hit_pass`.
 pub(crate) trait Structure {
-    fn trace(&self, origin: Vec3, direction: Vec3, distance: f32, fresh: bool, tally: &mut Tally) -> Option<Hit>;
+    fn trace(&self, ray: &Ray, tally: &mut Tally) -> Option<Hit>;
     fn start(&self, point: Vec3, face: Vec3, side: Vec3) -> Vec3;
     fn leave(&self, point: Vec3, hit: &Hit, direction: Vec3) -> Vec3;
     fn pass(&self, point: Vec3, hit: &Hit) -> Vec3;
+}
+
+/// What [`Structure::trace`] follows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ray {
+    pub(crate) origin: Vec3,
+    pub(crate) direction: Vec3,
+    pub(crate) distance: f32,
+    pub(crate) own: [u32; 2],
 }
 
 /// The counters.
@@ -76,6 +92,7 @@ struct Path {
     direction: Vec3,
     first_distance: f32,
     throughput: DVec3,
+    own: [u32; 2],
     absorption: DVec3,
     is_alive: bool,
     is_specular: bool,
@@ -212,8 +229,10 @@ impl<S: Structure> World<'_, S> {
             let [x, y, ..] = noise::at(pixel.into(), serial, 1, seed);
             let sample = light_sample(lights, self.frame.diagonal, point, [x, y]);
             let origin = self.structure.start(point, face, face);
-            let [diffuse, specular] = self.light(&surface, wo, face, &sample, origin, tally);
-            sums[0] += diffuse.extend(0.0);
+            let [diffuse, specular] = self.light(&surface, wo, face, &sample, (origin, NO_OWN), tally);
+            if q > 0.0 {
+                sums[0] += diffuse.extend(0.0);
+            }
             sums[1] += (specular / m.specular).extend(0.0);
         }
 
@@ -228,6 +247,7 @@ impl<S: Structure> World<'_, S> {
             return path;
         }
         path.origin = self.structure.start(point, face, if scatter.transmitted { -face } else { face });
+        path.own = NO_OWN;
         path.direction = scatter.wi;
         path.throughput =
             scatter.weight / if specular { (1.0 - q) * m.specular } else { DVec3::splat(q) };
@@ -245,13 +265,18 @@ impl<S: Structure> World<'_, S> {
     fn advance(&self, params: &PathParams, path: &mut Path, pixel: UVec2, tally: &mut Tally) -> DVec3 {
         let (frame, seed) = (self.frame, self.frame.seed);
         let mut found = DVec3::ZERO;
+        tally.rays += 1;
         for passed in 0..PASSES {
             let bounce = path.bounce;
             let serial = params.first_sample.wrapping_add(params.sample);
             let block = 4 * (bounce + 1) + 4096 * passed;
-            tally.rays += 1;
-            let met = self.structure.trace(path.origin, path.direction, 4.0 * frame.diagonal, passed == 0, tally);
-            let Some(hit) = met else {
+            let ray = Ray {
+                origin: path.origin,
+                direction: path.direction,
+                distance: 4.0 * frame.diagonal,
+                own: path.own,
+            };
+            let Some(hit) = self.structure.trace(&ray, tally) else {
                 let sky = self.sky.radiance(path.direction) * frame.radiance_scale;
                 path.first_distance += frame.diagonal;
                 path.is_alive = false;
@@ -264,9 +289,14 @@ impl<S: Structure> World<'_, S> {
             let front = surface.normal.dot(wo) > 0.0;
             let solid = surface.transmission > 0.0 && !surface.thin;
             let inside = solid && !front;
-            if path.is_inside && (inside || !solid) {
+            if path.is_inside && (inside || !solid || hit.again) {
                 path.throughput *= (-path.absorption * f64::from(hit.distance)).exp();
             }
+            if hit.again {
+                path.origin = self.structure.pass(point, &hit);
+                continue;
+            }
+            path.own = hit.own;
             let u = noise::at(pixel.into(), serial, block, seed);
             if u[3] >= surface.coverage {
                 path.origin = self.structure.pass(point, &hit);
@@ -286,7 +316,7 @@ impl<S: Structure> World<'_, S> {
                 let [x, y, ..] = noise::at(pixel.into(), serial, block + 1, seed);
                 let sample = light_sample(self.lights, frame.diagonal, point, [x, y]);
                 let origin = self.structure.leave(point, &hit, sample.wi.as_vec3());
-                let [diffuse, specular] = self.light(&surface, wo, hit.face, &sample, origin, tally);
+                let [diffuse, specular] = self.light(&surface, wo, hit.face, &sample, (origin, hit.own), tally);
                 found += path.throughput * (m.diffuse * diffuse + specular);
             }
 
@@ -334,7 +364,7 @@ impl<S: Structure> World<'_, S> {
         wo: Vec3,
         face: Vec3,
         sample: &LightSample,
-        origin: Vec3,
+        from: (Vec3, [u32; 2]),
         tally: &mut Tally,
     ) -> [DVec3; 2] {
         let normal = surface.normal.as_dvec3();
@@ -346,7 +376,7 @@ impl<S: Structure> World<'_, S> {
             return [DVec3::ZERO; 2];
         }
         tally.rays += 1;
-        let visibility = self.visibility(origin, sample.wi.as_vec3(), sample.distance, tally);
+        let visibility = self.visibility(from, sample.wi.as_vec3(), sample.distance, tally);
         let arriving = sample.irradiance * cosine * visibility;
         let wo = wo.as_dvec3();
         let specular = brdf::eval(surface, wo, sample.wi).specular;
@@ -354,14 +384,21 @@ impl<S: Structure> World<'_, S> {
         [arriving * diffuse, arriving * specular]
     }
 
-    fn visibility(&self, from: Vec3, wi: Vec3, distance: f32, tally: &mut Tally) -> DVec3 {
+    fn visibility(&self, from: (Vec3, [u32; 2]), wi: Vec3, distance: f32, tally: &mut Tally) -> DVec3 {
         let mut visibility = DVec3::ONE;
-        let (mut origin, mut left) = (from, distance);
-        for passed in 0..PASSES {
-            let Some(hit) = self.structure.trace(origin, wi, left, passed == 0, tally) else {
+        let (origin, own) = from;
+        let mut ray = Ray { origin, direction: wi, distance, own };
+        for _ in 0..PASSES {
+            let Some(hit) = self.structure.trace(&ray, tally) else {
                 return visibility;
             };
             let s = &hit.surface;
+            ray.origin = self.structure.pass(ray.origin + hit.distance * wi, &hit);
+            ray.distance -= hit.distance;
+            if hit.again {
+                continue;
+            }
+            ray.own = hit.own;
             let coverage = f64::from(s.coverage);
             let mut through = DVec3::splat(1.0 - coverage);
             if s.thin && s.transmission > 0.0 {
@@ -371,8 +408,6 @@ impl<S: Structure> World<'_, S> {
             if visibility.max_element() <= 0.0 {
                 return DVec3::ZERO;
             }
-            origin = self.structure.pass(origin + hit.distance * wi, &hit);
-            left -= hit.distance;
         }
         DVec3::ZERO
     }

@@ -5,15 +5,14 @@
 // Returns the radiance found, demodulated by the path's throughput; the path is advanced or ended.
 fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
     var found = vec3f(0.0);
-    var fresh = true;
-    // A pane, a cut-out or a blend that is passed uses up no bounce and stays in this segment.
-    for (var passed = 0u; passed < PATH_PASSES; passed += 1u) {
+    atomicAdd(&tally[TALLY_RAYS], 1u);
+    // What is passed uses up no bounce and stays in this segment.
+    for (var passed = 0u; passed < path_passes; passed += 1u) {
         let bounce = (*path).state >> PATH_BOUNCE_SHIFT;
         let serial = params.first_sample + params.sample;
         let block = 4u * (bounce + 1u) + 4096u * passed;
-        atomicAdd(&tally[TALLY_RAYS], 1u);
-        let hit = hit_trace((*path).origin, (*path).direction, 4.0 * frame.diagonal, fresh);
-        fresh = false;
+        let own = vec2u((*path).own_x, (*path).own_y);
+        let hit = hit_trace((*path).origin, (*path).direction, 4.0 * frame.diagonal, own);
         if (!hit.found) {
             found += (*path).throughput * sky_radiance((*path).direction);
             (*path).first_distance += frame.diagonal;
@@ -23,16 +22,22 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         let wo = -(*path).direction;
         let point = (*path).origin - hit.distance * wo;
         (*path).first_distance += hit.distance;
-        var surface = hit.surface;
+        var surface = path_surface(hit.surface);
         let front = dot(surface.normal, wo) > 0.0;
         let solid = surface.transmission > 0.0 && !surface.thin;
         // Which side of glass this is, its normal says: thin glass can be crossed without its far side being met.
         let inside = solid && !front;
-        if (((*path).state & PATH_INSIDE) != 0u && (inside || !solid)) {
+        if (((*path).state & PATH_INSIDE) != 0u && (inside || !solid || hit.again)) {
             (*path).throughput *= exp(-(*path).absorption * hit.distance);
         }
+        if (hit.again) {
+            (*path).origin = hit_pass(point, hit, (*path).direction);
+            continue;
+        }
+        (*path).own_x = hit.own.x;
+        (*path).own_y = hit.own.y;
         let u = noise_at(pixel, serial, block);
-        if (u.w >= surface.coverage) {
+        if (path_coverage && u.w >= surface.coverage) {
             (*path).origin = hit_pass(point, hit, (*path).direction);
             continue;
         }
@@ -47,10 +52,10 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         let m_specular = brdf_modulators(surface, max(dot(surface.normal, wo), 0.0), brdf_table).specular;
         let q = path_diffuse_probability(m_diffuse, m_specular, brdf_has_specular(surface));
         let more = bounce < params.bounces;
-        if (more && params.lights > 0u) {
+        if (path_lights && more && params.lights > 0u) {
             let v = noise_at(pixel, serial, block + 1u);
             let sample = light_sample(0u, params.lights, point, v.xy);
-            let light = path_light(surface, wo, hit.face, sample, hit_leave(point, hit, sample.wi));
+            let light = path_light(surface, wo, hit.face, sample, hit_leave(point, hit, sample.wi), hit.own);
             found += (*path).throughput * (m_diffuse * light.diffuse + light.specular);
         }
 

@@ -8,7 +8,7 @@
 
 fn start_path(index: u32, pixel: vec2u, distance: f32) -> Path {
     var path: Path;
-    let surface = surface_unpack_gbuffer(textureLoad(in_surface, pixel, 0));
+    let surface = path_surface(surface_unpack_gbuffer(textureLoad(in_surface, pixel, 0)));
     let face = surface_face_normal_unpack(textureLoad(in_face_normal, pixel, 0).x);
     let is_back = (textureLoad(in_motion_id, pixel, 0).y & 0x80000000u) != 0u;
     let inside = is_back && surface.transmission > 0.0 && !surface.thin;
@@ -33,8 +33,9 @@ fn start_path(index: u32, pixel: vec2u, distance: f32) -> Path {
     if (params.lights > first_light) {
         let u = noise_at(pixel, serial, 1u);
         let sample = light_sample(first_light, params.lights, point, u.xy);
-        let found = path_light(surface, wo, face, sample, hit_start(point, face, face));
-        sums[2u * index] += vec4f(found.diffuse, 0.0);
+        let found = path_light(surface, wo, face, sample, hit_start(point, face, face), PATH_NO_OWN);
+        // A lobe that is absent stays black.
+        sums[2u * index] += vec4f(select(vec3f(0.0), found.diffuse, q > 0.0), 0.0);
         sums[2u * index + 1u] += vec4f(found.specular / m.specular, 0.0);
     }
 
@@ -48,6 +49,8 @@ fn start_path(index: u32, pixel: vec2u, distance: f32) -> Path {
         return path;
     }
     path.origin = hit_start(point, face, select(face, -face, scatter.transmitted));
+    path.own_x = PATH_NO_OWN.x;
+    path.own_y = PATH_NO_OWN.y;
     path.direction = scatter.wi;
     path.throughput = scatter.weight / select(vec3f(q), (1.0 - q) * m.specular, specular);
     let passes = scatter.transmitted && brdf_is_straight(surface);

@@ -7,8 +7,8 @@
 //! Formulas: [`crate::path`]; what a ray meets is [`voxel::GRID_WGSL`]'s exact traversal.
 //!
 //! Departs from the paper: the elevation is h(n) of the design's 4.5 instead of one voxel, which lets 1.25 % of starts
-//! lie in the surface's own voxels (knob `voxel.elevation`); after a voxel is hit, the path leaves occupied cells before
-//! anything counts, because the voxel's shell has no face normal to rise along.
+//! lie in the surface's own voxels (knob `voxel.elevation`). A path that leaves or passes a voxel starts at that voxel's
+//! face, and does not meet voxels that continue the same sheet: their normals and heights along the normal are the same.
 
 #[cfg(test)]
 mod reference;
@@ -27,18 +27,15 @@ pub struct VoxelTracer {
     paths: Paths,
 }
 
-impl VoxelTracer {
-    /// Builds the kernels.
-    ///
-    /// # Errors
-    /// The driver refuses one.
-    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let structure = Structure {
-            pass: "trace/voxel",
-            sources: &[voxel::GRID_WGSL, HIT_WGSL],
-            binds: &voxel::GRID_BINDS,
-        };
-        Ok(Self { paths: Paths::new(gpu, &structure)? })
+impl Default for VoxelTracer {
+    fn default() -> Self {
+        Self {
+            paths: Paths::new(Structure {
+                pass: "trace/voxel",
+                sources: &[voxel::GRID_WGSL, HIT_WGSL],
+                binds: &voxel::GRID_BINDS,
+            }),
+        }
     }
 }
 

@@ -1,11 +1,12 @@
 //! The CPU half of `voxel_hit.inc.wgsl`, over [`CpuGrid`].
 
-use crate::path::reference::{Hit, Structure, Tally};
-use frame::surface::Surface;
-use glam::Vec3;
+use crate::path::reference::{Hit, NO_OWN, Ray, Structure, Tally};
+use frame::surface::{Surface, normal_unpack};
+use glam::{IVec3, Vec3};
 use voxel::grid::reference::CpuGrid;
 
 const NUDGE: f32 = 1e-3;
+const PARALLEL: f32 = 0.8;
 
 /// A grid and its records.
 pub(super) struct CpuVoxels {
@@ -13,17 +14,33 @@ pub(super) struct CpuVoxels {
     pub(super) records: Vec<[u32; 4]>,
 }
 
+fn is_own(own: [u32; 2], normal: Vec3, cell: IVec3) -> bool {
+    if own == NO_OWN {
+        return false;
+    }
+    let n = normal_unpack(own[0]);
+    let apart = (n.dot(cell.as_vec3()) - f32::from_bits(own[1])).abs();
+    n.dot(normal).abs() > PARALLEL && apart < 0.999 * n.abs().max_element()
+}
+
 impl Structure for CpuVoxels {
-    fn trace(&self, origin: Vec3, direction: Vec3, distance: f32, fresh: bool, tally: &mut Tally) -> Option<Hit> {
-        let (hit, walk) = self.grid.trace(origin, direction, distance, if fresh { 2 } else { 1 });
+    fn trace(&self, ray: &Ray, tally: &mut Tally) -> Option<Hit> {
+        let Ray { origin, direction, distance, own } = *ray;
+        let (met, walk) = self.grid.trace(origin, direction, distance, if own == NO_OWN { 2 } else { 1 });
         tally.iterations += u64::from(walk.iterations);
         tally.cut += u64::from(walk.cut);
-        let hit = hit?;
-        let surface = Surface::unpack_voxel(self.records[hit.record as usize]);
+        let met = met?;
+        let record = self.records[met.record as usize];
+        let surface = Surface::unpack_voxel(record);
         let towards = |n: Vec3| if n.dot(direction) > 0.0 { -n } else { n };
-        let face = towards(surface.normal);
-        let entry = towards(Vec3::AXES[hit.axis as usize]);
-        Some(Hit { distance: hit.distance, surface, face, entry })
+        Some(Hit {
+            distance: met.distance,
+            surface,
+            face: towards(surface.normal),
+            entry: towards(Vec3::AXES[met.axis as usize]),
+            own: [record[0] & 0xff_ffff, surface.normal.dot(met.cell.as_vec3()).to_bits()],
+            again: is_own(own, surface.normal, met.cell),
+        })
     }
 
     fn start(&self, point: Vec3, face: Vec3, side: Vec3) -> Vec3 {

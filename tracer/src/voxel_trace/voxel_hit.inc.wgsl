@@ -10,15 +10,36 @@ struct Hit {
     face: vec3f,
     // Of the voxel's face that the ray entered through, towards the ray.
     entry: vec3f,
+    // Names the surface, for a ray that leaves it: normal code, and bits of normal . cell.
+    own: vec2u,
+    // It is the surface that the ray leaves or has just passed.
+    again: bool,
 }
 
 // Off a face by this share of a voxel: enough to name the cell after rounding a position of 1,024 voxels (2^-14), too
 // little to see.
 const HIT_NUDGE = 1e-3;
 
-// `fresh`: the ray begins at a surface, whose own voxels it may leave first.
-fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, fresh: bool) -> Hit {
-    let met = grid_trace(origin, direction, distance, select(1u, 2u, fresh));
+// Normals of one surface's neighbouring voxels differ by less than 37 degrees.
+const HIT_PARALLEL = 0.8;
+
+// Whether a voxel belongs to the sheet that a ray leaves: its normal is much the same, and so is its height. One voxel
+// per column along the dominant axis means that heights of a plane's voxels differ by less than |n|_inf. Without
+// this rule 4 to 8 % of the rays that leave a slanted plane or a ball meet it again, from behind; with it 0.03 %. And
+// a sheet would count once in every voxel of it that a ray crosses.
+fn hit_is_own(own: vec2u, normal: vec3f, cell: vec3i) -> bool {
+    if (own.x == PATH_NO_OWN.x) {
+        return false;
+    }
+    let n = surface_normal_unpack(own.x);
+    let apart = abs(dot(n, vec3f(cell)) - bitcast<f32>(own.y));
+    return abs(dot(n, normal)) > HIT_PARALLEL && apart < 0.999 * max(abs(n.x), max(abs(n.y), abs(n.z)));
+}
+
+// `own` is the surface that the ray leaves. A ray from a voxel leaves that voxel, one from a rasterised surface starts
+// outside all of the surface's own, but for up to two where it lies in a corner.
+fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit {
+    let met = grid_trace(origin, direction, distance, select(1u, 2u, own.x == PATH_NO_OWN.x));
     atomicAdd(&tally[TALLY_ITERATIONS], met.iterations);
     if (met.cut) {
         atomicAdd(&tally[TALLY_CUT], 1u);
@@ -27,11 +48,15 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, fresh: bool) -> Hit
     hit.found = met.hit;
     if (met.hit) {
         hit.distance = met.distance;
-        hit.surface = surface_unpack_voxel(grid_records[met.record]);
-        hit.face = select(hit.surface.normal, -hit.surface.normal, dot(hit.surface.normal, direction) > 0.0);
+        let record = grid_records[met.record];
+        hit.surface = surface_unpack_voxel(record);
+        let normal = hit.surface.normal;
+        hit.face = select(normal, -normal, dot(normal, direction) > 0.0);
         var entry = vec3f(0.0);
         entry[met.axis] = select(1.0, -1.0, direction[met.axis] > 0.0);
         hit.entry = entry;
+        hit.own = vec2u(record.x & 0xffffffu, bitcast<u32>(dot(normal, vec3f(met.cell))));
+        hit.again = hit_is_own(own, normal, met.cell);
     }
     return hit;
 }
@@ -42,7 +67,7 @@ fn hit_start(point: vec3f, face: vec3f, side: vec3f) -> vec3f {
 }
 
 // Where it starts after scattering at a voxel: just outside the face it entered through, or just inside where it goes
-// on into the voxel; then the first cells are left before anything counts ("exit first").
+// on into the voxel.
 fn hit_leave(point: vec3f, hit: Hit, direction: vec3f) -> vec3f {
     let out = select(-1.0, 1.0, dot(direction, hit.entry) > 0.0);
     return point + (out * HIT_NUDGE * grid.voxel_size) * hit.entry;

@@ -5,27 +5,28 @@
 //! In: the mesh (world, m) as it is on the device, and which objects glow. Out: per voxel of an emitter a factor, handed
 //! to the list that resolve reads. Two steps, both on the CPU with the raster reference, each emitter alone:
 //!
-//! 1. **Share**: the part of the voxel's column, along the winner's axis, that the object's triangles cover on the
-//!    winner's side, 0..1. Triangles count for the cell that their plane passes at the column's centre; so the two
-//!    triangles of a quadrilateral add up along their diagonal.
-//! 2. **Factor** of the emitter: [`flux`] counts what the voxels give off against the triangles' area. A factor that
-//!    differs from 1 by less than the noise of so many independent lines stays 1.
+//! 1. **Share**: the part of the voxel's column, along the axis the winner's normal is longest on, that the object's
+//!    triangles cover on the winner's side, 0..1. Triangles count for the cell that their plane passes at the column's
+//!    centre; so the two triangles of a quadrilateral add up along their diagonal.
+//! 2. **Factor** of the emitter: the light that leaves its triangles over the light that leaves its voxels, by [`flux`].
 //!
 //! Emission is taken as uniform over the object; a texture's pattern is in the records. Where emitters share a cell the
 //! winner's factor counts. An emitter that covers no column's centre has no voxels: it is lost, and counted.
 //!
 //! [`LINES`] lines are cast per emitter while there are at most 16; beyond, [`ALL_LINES`] are shared, down to 2^10 each
-//! from 4,096 emitters on.
+//! from 4,096 emitters on. Emitters are counted on all cores, one per thread.
 
+mod cast;
 pub mod flux;
 #[cfg(test)]
 mod tests;
 
 use crate::Grid;
 use crate::grid::{GRID_WGSL, Layout};
+use crate::raster::Axes;
 use crate::raster::reference::Columns;
 use crate::structure::rows;
-use flux::{Lamp, Lit};
+use flux::Lit;
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, surface};
 use glam::{IVec3, Vec3};
@@ -96,12 +97,13 @@ impl Emitters {
         scene: &GpuScene,
         mesh: &GpuMesh,
         layout: &Layout,
+        axes: Axes,
     ) -> Result<Option<Factors>, GpuError> {
         if scene.emitters.is_empty() || mesh.triangle_count == 0 {
             return Ok(None);
         }
         let read = ReadMesh::new(gpu, scene, mesh)?;
-        let (voxels, lost) = factors(layout, &read);
+        let (voxels, lost) = factors(layout, axes, &read);
         let buffer = gpu.storage(Room::Voxels, "Emitters::voxels", &voxels)?;
         Ok(Some(Factors { voxels: buffer, count: voxels.len() as u32, lost }))
     }
@@ -121,7 +123,8 @@ impl Emitters {
         }
         let (workgroups, row) = rows(factors.count);
         let (first_record, record_count) = (records.start, records.len() as u32);
-        let params = recorder.uniform(&EmittersParams { count: factors.count, row, first_record, record_count });
+        let params =
+            recorder.uniform(&EmittersParams { count: factors.count, row, first_record, record_count });
         let [structure, uniform, voxels, list] =
             [structure, uniform, &factors.voxels, list].map(|b| b.as_entire_binding());
         let resources = [params.binding(), structure, uniform, voxels, list];
@@ -162,11 +165,22 @@ impl ReadMesh {
 /// A triangle's part in a column.
 struct Part {
     cell: IVec3,
-    /// Axis and side.
-    side: u32,
+    side: Side,
     cover: f32,
-    /// Of the cell, if the column's centre is covered.
-    vote: Option<(u32, Vec3)>,
+    /// If the column's centre is covered.
+    vote: Option<Vote>,
+}
+
+/// An axis, and whether the front looks along it.
+type Side = (usize, bool);
+
+/// What a triangle brings into a cell.
+#[derive(Clone, Copy)]
+struct Vote {
+    key: u32,
+    normal: Vec3,
+    /// Along the axis its normal is longest on.
+    dominant: Side,
 }
 
 /// One emitter's voxels with the keys they won with.
@@ -176,14 +190,14 @@ struct Counted {
 }
 
 /// Cell and factor of every emitter's voxels, and how many emitters have none.
-fn factors(layout: &Layout, mesh: &ReadMesh) -> (Vec<[u32; 4]>, u32) {
+fn factors(layout: &Layout, axes: Axes, mesh: &ReadMesh) -> (Vec<[u32; 4]>, u32) {
     let objects: Vec<_> = mesh.objects.values().collect();
     let lines = (ALL_LINES / (objects.len() as u32).max(1)).clamp(LEAST_LINES, LINES);
     let next = AtomicUsize::new(0);
     let work = || {
         let mut done = Vec::new();
         while let Some(triangles) = objects.get(next.fetch_add(1, Ordering::Relaxed)) {
-            done.push(count(layout, mesh, triangles, lines));
+            done.push(count(layout, axes, mesh, triangles, lines));
         }
         done
     };
@@ -201,47 +215,53 @@ fn factors(layout: &Layout, mesh: &ReadMesh) -> (Vec<[u32; 4]>, u32) {
             winners.entry(lit.cell).and_modify(|w| *w = if won.0 < w.0 { won } else { *w }).or_insert(won);
         }
     }
-    let voxels = winners.into_iter().map(|(cell, (_, factor))| {
-        [cell.x as u32, cell.y as u32, cell.z as u32, factor.to_bits()]
-    });
+    let voxels = winners
+        .into_iter()
+        .map(|(cell, (_, factor))| [cell.x as u32, cell.y as u32, cell.z as u32, factor.to_bits()]);
     (voxels.collect(), lost)
 }
 
-fn count(layout: &Layout, mesh: &ReadMesh, triangles: &[(u32, [u32; 3])], lines: u32) -> Counted {
-    let (mut parts, mut area) = (Vec::new(), 0.0);
+fn count(layout: &Layout, axes: Axes, mesh: &ReadMesh, triangles: &[(u32, [u32; 3])], lines: u32) -> Counted {
+    let (mut parts, mut area, mut in_cells) = (Vec::new(), 0.0, Vec::new());
     for &(number, vertices) in triangles {
         let corners = vertices.map(|v| mesh.vertex(v));
-        let [a, b, c] = corners.map(|(position, _)| (position / layout.voxel_size).as_dvec3());
-        area += 0.5 * (b - a).cross(c - a).length();
-        let Some(columns) = Columns::new(layout, corners.map(|(position, _)| position)) else { continue };
-        let [us, vs] = columns.bounds(layout);
-        for (u, v) in vs.flat_map(|v| us.clone().map(move |u| (u, v))) {
-            let cover = columns.cover(u, v) as f32;
-            let cell = columns.cell(u, v);
-            if cover <= 0.0 || !layout.contains(cell) {
-                continue;
+        let [a, b, c] = corners.map(|(position, _)| (position - layout.origin) / layout.voxel_size);
+        if ![a, b, c].iter().all(|p| p.is_finite()) {
+            continue;
+        }
+        let face = (b - a).as_dvec3().cross((c - a).as_dvec3());
+        area += 0.5 * face.length();
+        in_cells.push([a, b, c]);
+        let all = Columns::all(layout, corners.map(|(position, _)| position), axes);
+        for columns in &all {
+            for [u, v] in columns.bounds(layout) {
+                let (cover, cell) = (columns.cover(u, v) as f32, columns.cell(u, v));
+                if cover <= 0.0 || !layout.contains(cell) {
+                    continue;
+                }
+                let vote = columns.covers(u, v).then(|| {
+                    let weights = columns.weights(u, v);
+                    let [m, n, o] = corners.map(|(_, normal)| normal);
+                    let normal = (weights.x * m + weights.y * n + weights.z * o).try_normalize();
+                    let normal = normal.unwrap_or(face.normalize_or_zero().as_vec3());
+                    Vote { key: columns.key(u, v, 0, number), normal, dominant: all[0].side() }
+                });
+                parts.push(Part { cell, side: columns.side(), cover, vote });
             }
-            let vote = columns.covers(u, v).then(|| {
-                let weights = columns.weights(u, v);
-                let face = (b - a).cross(c - a).as_vec3();
-                let [m, n, o] = corners.map(|(_, normal)| normal);
-                let normal = weights.x * m + weights.y * n + weights.z * o;
-                (columns.key(u, v, 0, number), normal.try_normalize().unwrap_or(face.normalize_or_zero()))
-            });
-            parts.push(Part { cell, side: 2 * columns.axis as u32 + u32::from(columns.faces_up), cover, vote });
         }
     }
-    parts.sort_unstable_by_key(|p| (p.cell.to_array(), p.vote.map_or(u32::MAX, |(key, _)| key)));
+    parts.sort_unstable_by_key(|p| (p.cell.to_array(), p.vote.map_or(u32::MAX, |vote| vote.key)));
     let mut voxels = Vec::new();
     for in_cell in parts.chunk_by(|a, b| a.cell == b.cell) {
-        if let Some(Part { cell, side, vote: Some((key, normal)), .. }) = in_cell.first() {
-            let cover: f32 = in_cell.iter().filter(|p| p.side == *side).map(|p| p.cover).sum();
-            voxels.push((Lit { cell: *cell, normal: *normal, share: cover.min(1.0) }, *key));
+        if let Some(Part { cell, side, vote: Some(vote), .. }) = in_cell.first() {
+            let covered =
+                |side: Side| in_cell.iter().filter(|p| p.side == side).map(|p| p.cover).sum::<f32>();
+            let along = covered(vote.dominant);
+            // A cell that only another axis found, at an edge, has no column along the dominant one.
+            let share = if along > 0.0 { along } else { covered(*side) };
+            voxels.push((Lit { cell: *cell, normal: vote.normal, share: share.min(1.0) }, vote.key));
         }
     }
     let lit: Vec<Lit> = voxels.iter().map(|(lit, _)| *lit).collect();
-    let counted = Lamp::new(&lit).map_or(0.0, |lamp| lamp.area(lines, SEED));
-    let factor = if counted > 0.0 { (area / counted) as f32 } else { 1.0 };
-    let noise = 1.0 / (lines as f32).sqrt();
-    Counted { voxels, factor: if (factor - 1.0).abs() < noise { 1.0 } else { factor } }
+    Counted { voxels, factor: flux::factor(&lit, in_cells, area, lines, SEED) }
 }

@@ -174,21 +174,19 @@ fn grid_trace(origin: vec3f, direction: vec3f, t_max: f32, skip: u32) -> GridHit
     var left = skip;
     var armed = skip == 0u;
     let most = GRID_STEPS_PER_CELL * u32(max(grid.cells.x, max(grid.cells.y, grid.cells.z)));
-    for (var i = 0u; i < most; i += 1u) {
+    hit.cut = true;
+    // What a hit needs is looked up after the loop: drivers that run SIMD under masks pay for it once a step otherwise.
+    for (; hit.iterations < most; ) {
         hit.iterations += 1u;
         let empty = grid_block(cell);
-        if (empty == 0) {
-            if (armed || left == 0u) {
-                hit.hit = true;
-                hit.distance = min(t * grid.voxel_size, t_max);
-                hit.cell = cell;
-                hit.record = grid_record(cell);
-                return hit;
-            }
-            left -= 1u;
-        } else {
-            armed = true;
+        let is_taken = empty == 0;
+        if (is_taken && (armed || left == 0u)) {
+            hit.hit = true;
+            hit.cut = false;
+            break;
         }
+        left -= select(0u, 1u, is_taken);
+        armed = armed || !is_taken;
         // To the neighbour across the first exit plane of the block. The other two coordinates come from the position
         // on that plane, but never leave the block and never go back: round-off cannot derail the walk.
         let side = max(empty, 1);
@@ -198,24 +196,19 @@ fn grid_trace(origin: vec3f, direction: vec3f, t_max: f32, skip: u32) -> GridHit
         let x = exits.x <= exits.y && exits.x <= exits.z;
         let y = !x && exits.y <= exits.z;
         t = max(t, select(select(exits.z, exits.y, y), exits.x, x));
-        if (t > limit) {
-            return hit;
-        }
         let there = clamp(vec3i(floor(o + t * direction)), low, high - 1);
         let onward = select(min(there, cell), max(there, cell), forward);
         cell = select(onward, select(low - 1, high, forward), vec3<bool>(x, y, !x && !y));
         hit.axis = select(select(2u, 1u, y), 0u, x);
-        if (any(cell < vec3i(0)) || any(cell >= grid.cells)) {
-            return hit;
+        if (t > limit || any(cell < vec3i(0)) || any(cell >= grid.cells)) {
+            hit.cut = false;
+            break;
         }
     }
-    hit.cut = true;
+    if (hit.hit) {
+        hit.distance = min(t * grid.voxel_size, t_max);
+        hit.cell = cell;
+        hit.record = grid_record(cell);
+    }
     return hit;
-}
-
-// Where a ray entered the cell it hit, in the world; exactly on the cell's face.
-fn grid_hit_position(origin: vec3f, direction: vec3f, hit: GridHit) -> vec3f {
-    let along = origin + hit.distance * direction;
-    let face = grid.origin + grid.voxel_size * vec3f(select(hit.cell + 1, hit.cell, direction > vec3f(0.0)));
-    return select(along, face, vec3<bool>(hit.axis == 0u, hit.axis == 1u, hit.axis == 2u));
 }

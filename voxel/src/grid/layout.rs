@@ -7,7 +7,7 @@ use scene::Aabb;
 
 /// Vertices are moved to the nearest multiple of this many voxels, the grain at which rasterizers place them anyway.
 /// A face that lies on a boundary between cells so lies on it exactly.
-pub const SNAP: f32 = 1.0 / 256.0;
+pub const SNAP: f32 = 1.0 / crate::raster::GRAIN;
 
 /// Empty cells on each side of the scene.
 const BORDER: u32 = 2;
@@ -35,7 +35,7 @@ impl Layout {
             return Err(VoxelError::Grid { grid, least, most });
         }
         let size = bounds.size();
-        if !bounds.is_empty() && !(bounds.min.is_finite() && size.is_finite()) {
+        if !(bounds.is_empty() || bounds.min.is_finite() && size.is_finite()) {
             return Err(VoxelError::Bounds { min: bounds.min, max: bounds.max });
         }
         let longest = size.max_element();

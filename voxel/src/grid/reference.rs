@@ -135,7 +135,8 @@ impl CpuGrid {
         let three = IVec3::splat(3);
         let group = cell >> 5;
         let groups_at = self.grid.groups_at as usize;
-        let bricks = empty_side(self.mask(groups_at + 2 * index(group, self.grid.groups)), (cell >> 3) & three);
+        let bricks =
+            empty_side(self.mask(groups_at + 2 * index(group, self.grid.groups)), (cell >> 3) & three);
         if bricks == 0 {
             return empty_side(self.mask(self.brick_at(cell) + 2 * part(cell)), cell & three);
         }
@@ -147,7 +148,9 @@ impl CpuGrid {
 
     /// Whether a cell is inside the grid and holds something.
     pub fn occupied(&self, cell: IVec3) -> bool {
-        cell.cmpge(IVec3::ZERO).all() && cell.cmplt(IVec3::from(self.grid.cells)).all() && self.block(cell) == 0
+        cell.cmpge(IVec3::ZERO).all()
+            && cell.cmplt(IVec3::from(self.grid.cells)).all()
+            && self.block(cell) == 0
     }
 
     /// Index of an occupied cell's record.
@@ -159,7 +162,8 @@ impl CpuGrid {
         let mask = self.mask(brick + 2 * part);
         let prefix = (self.structure[brick + PREFIX_WORD as usize + part / 2] >> (16 * (part & 1))) & 0xffff;
         let (word, bit) = bit_of(cell);
-        let rank = (mask[word] & ((1 << bit) - 1)).count_ones() + if word == 1 { mask[0].count_ones() } else { 0 };
+        let rank =
+            (mask[word] & ((1 << bit) - 1)).count_ones() + if word == 1 { mask[0].count_ones() } else { 0 };
         Some(self.structure[brick + BASE_WORD as usize] + prefix + rank)
     }
 
@@ -243,7 +247,12 @@ impl CpuGrid {
         });
         let hit = hit.and_then(|visit| {
             let record = self.record(visit.cell)?;
-            Some(Hit { distance: (visit.t * voxel_size).min(t_max), cell: visit.cell, record, axis: visit.axis })
+            Some(Hit {
+                distance: (visit.t * voxel_size).min(t_max),
+                cell: visit.cell,
+                record,
+                axis: visit.axis,
+            })
         });
         (hit, walk)
     }

@@ -59,7 +59,10 @@ fn rays(layout: &Layout, count: usize) -> Vec<Ray> {
                 3 => o = o.floor(),
                 4 => (o, d) = (o.floor(), d.signum().normalize()),
                 5 => o.x = o.x.floor(),
-                6 => (o, d) = (0.5 * size - 1.2 * d * size.length(), (d + 0.3 * (random.point() - 0.5)).normalize()),
+                6 => {
+                    (o, d) =
+                        (0.5 * size - 1.2 * d * size.length(), (d + 0.3 * (random.point() - 0.5)).normalize())
+                }
                 7 => (o, d) = (o.floor() + 0.5, Vec3::new(1.0, d.y.signum(), 1e-14).normalize()),
                 _ => {}
             }
@@ -123,7 +126,8 @@ fn plain(layout: &Layout, cells: &HashSet<IVec3>, ray: &Ray) -> (Option<IVec3>, 
             let plane = f64::from(cell[k]) + if d[k] > 0.0 { 1.0 } else { 0.0 };
             if far[k] { 1e30 } else { (plane - o[k]) / d[k] }
         }));
-        let k = if exits.x <= exits.y && exits.x <= exits.z { 0 } else { 2 - usize::from(exits.y <= exits.z) };
+        let k =
+            if exits.x <= exits.y && exits.x <= exits.z { 0 } else { 2 - usize::from(exits.y <= exits.z) };
         tie |= (0..3).any(|j| j != k && close(exits[j], exits[k])) || close(exits[k], limit);
         if exits[k] > limit {
             return (None, tie);
@@ -165,8 +169,15 @@ fn every_record_is_numbered_once() {
     let numbers: HashSet<u32> = cells.iter().map(|c| grid.record(*c).unwrap()).collect();
     assert_eq!(numbers.len(), cells.len());
     assert!(numbers.iter().all(|n| *n < grid.voxel_count));
-    assert_eq!(layout.structure_words(grid.structure[grid.grid.table_at as usize..grid.grid.bricks_at as usize]
-        .iter().filter(|s| **s != super::EMPTY).count() as u32), grid.structure.len() as u64);
+    assert_eq!(
+        layout.structure_words(
+            grid.structure[grid.grid.table_at as usize..grid.grid.bricks_at as usize]
+                .iter()
+                .filter(|s| **s != super::EMPTY)
+                .count() as u32
+        ),
+        grid.structure.len() as u64
+    );
 }
 
 #[test]
@@ -193,7 +204,10 @@ fn skipping_blocks_finds_what_plain_steps_find() {
         }
     }
     let mean = iterations as f64 / rays.len() as f64;
-    println!("{} rays, {hits} hits, {mean:.1} iterations, at most {most}, {ties} ties fell otherwise", rays.len());
+    println!(
+        "{} rays, {hits} hits, {mean:.1} iterations, at most {most}, {ties} ties fell otherwise",
+        rays.len()
+    );
     assert_eq!(differ, 0);
     assert!(hits > rays.len() as u32 / 5, "enough rays must hit something");
     // A quarter of the rays start on lattice corners or run along lattice planes, where f32 and f64 break ties apart.
@@ -295,7 +309,8 @@ fn the_device_walks_as_the_cpu_does() {
         // exits are that close.
         let same = match (hit, there) {
             (Some(a), Some(b)) => {
-                (a.cell, a.axis) == (b.cell, b.axis) && (a.distance - b.distance).abs() <= 1e-5 * (1.0 + a.distance)
+                (a.cell, a.axis) == (b.cell, b.axis)
+                    && (a.distance - b.distance).abs() <= 1e-5 * (1.0 + a.distance)
             }
             (None, None) => walk.iterations.abs_diff(out[6]) <= 2,
             _ => false,
@@ -305,7 +320,10 @@ fn the_device_walks_as_the_cpu_does() {
                 ties += 1;
             } else {
                 differ += 1;
-                println!("{:?} {:?}: {hit:?} {there:?} {} {}", ray.origin, ray.direction, walk.iterations, out[6]);
+                println!(
+                    "{:?} {:?}: {hit:?} {there:?} {} {}",
+                    ray.origin, ray.direction, walk.iterations, out[6]
+                );
             }
         }
     }

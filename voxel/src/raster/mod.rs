@@ -5,16 +5,20 @@
 //! In: a mesh in the world, m. Out: per brick cell whether anything is in it; per cell of a batch of bricks the key of
 //! its winner.
 //!
-//! - **Columns**: each triangle is projected along the axis k its normal `g` is longest on (x before y before z where
-//!   they are within 2^-10 of each other, so that triangles of one plane at 45 degrees agree), one pixel per column. A
-//!   fragment is a column whose centre `(u, v)` is covered; the cell is `floor(w)`,
-//!   `w = w0 - (g_u (u - u0) + g_v (v - v0)) / g_w`, kept within the corners' depths. So the surface passes the cell
-//!   within `|g|_inf / (2 |g|)` of its centre (6-separating: no path through faces of cells crosses a plane).
+//! - **Columns**: a triangle with normal `g` is projected along an axis, one pixel per column. A fragment is a column
+//!   whose centre `(u, v)` is covered; the cell is `floor(w)`, `w = w0 - (g_u (u - u0) + g_v (v - v0)) / g_w`, kept
+//!   within the corners' depths. So the surface passes the cell within `|g|_inf / (2 |g|)` of its centre.
+//! - **Axes**: `dominant` is the paper's: the axis `g` is longest on (x before y before z where they are within 0.1 % of
+//!   each other, so that triangles of one plane at 45 degrees agree). A plane then stops every path through faces of
+//!   cells, but where neighbours have different axes a cell can be missing between the last column of one and the first
+//!   of the other. `all` projects along each axis in turn: wherever a surface crosses the line between the centres of two
+//!   neighbouring cells one of both is set, so a closed surface stops every such path. Inside a triangle that sets no
+//!   further cell.
 //! - **Ties**: corners are first moved to multiples of 1/256 cell, the grain of rasterizers. A face on the boundary
 //!   between two layers of cells goes to the layer behind it (`w` is moved 2^-10 cell against the normal): a closed
 //!   room whose walls lie on such boundaries keeps its inside whole.
 //! - **Key**, smaller wins: class 2 bits (0 emits, 1 opaque, 2 lets something through), distance of the plane from the
-//!   cell's centre along k in 1/128 cell 6 bits, number of the triangle 24 bits. Keys are stored complemented, so that a
+//!   cell's centre in 1/128 cell 6 bits, number of the triangle 24 bits. Keys are stored complemented, so that a
 //!   cleared buffer holds none.
 //! - **Rounds**: a fragment that finds a larger key stores its own, with plain relaxed loads and stores. Rounds repeat
 //!   until none stores anything: every round lowers each contended cell, so the end is the minimum whoever came first.
@@ -25,7 +29,8 @@
 //! Triangles that cover no column's centre are lost; so are parts thinner than a column. What lies outside the grid is
 //! clipped.
 //!
-//! Departs from the paper: one winner per cell instead of whoever came last, so that two builds are equal.
+//! Departs from the paper: one winner per cell instead of whoever came last, so that two builds are equal; three axes
+//! instead of one.
 
 pub mod reference;
 #[cfg(test)]
@@ -36,27 +41,35 @@ use crate::{Grid, resolve};
 use frame::scene_gpu::{GpuMesh, GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
 use frame::{Bind, Buffer, Gpu, GpuError, KernelError, RasterDesc, RasterKernel, RasterTargets, Recorder};
 use frame::{Room, Texture, brdf, surface};
-use wgpu::BindingResource;
 
 /// Rounds without atomics. The mean of k contenders takes ln k + 0.6; 14 is the most that was seen.
 pub const MOST_ROUNDS: u32 = 16;
+
+/// Axes that triangles are projected along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axes {
+    /// Each of the three: closed surfaces are closed.
+    All,
+    /// The one the normal is longest on, as in the paper.
+    Dominant,
+}
 
 /// Keys hold 24 bits of triangle number.
 pub const MOST_TRIANGLES: u64 = 1 << 24;
 
 macro_rules! shared_constants {
     ($($(#[$doc:meta])* $name:ident = $value:literal;)*) => {
-        $($(#[$doc])* const $name: f32 = $value;)*
+        $($(#[$doc])* pub(crate) const $name: f32 = $value;)*
 
         const CONSTANTS: &str = concat!($("const RASTER_", stringify!($name), " = ", stringify!($value), ";\n",)*);
     };
 }
 
 shared_constants! {
-    /// Steps per cell that corners are moved to: `1 / SNAP` of the grid's layout.
+    /// Steps per cell that corners are moved to.
     GRAIN = 256.0;
-    /// By how much the second longest component of a normal may exceed an earlier axis's: 1 + 2^-10.
-    PREFERENCE = 1.0009765625;
+    /// By which factor a later component of a normal must exceed an earlier one to be the longest.
+    PREFERENCE = 1.001;
     /// Cells by which depths are moved behind the face: 2^-10.
     TIE = 0.0009765625;
 }
@@ -70,17 +83,17 @@ frame::gpu_struct! {
         pub slot_count: u32,
         /// 1: atomic minima.
         pub atomic_round: u32,
-        /// WGSL rounds uniforms up.
-        pub _pad: u32,
+        /// 3, or 1 for the one the normal is longest on.
+        pub axes: u32,
     }
 }
 
 const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
-/// Both passes.
+/// Both passes, each as a kernel for triangles without holes and, where the scene has any, one for those with holes.
 pub(crate) struct Raster {
-    mark: RasterKernel,
-    vote: RasterKernel,
+    mark: Vec<RasterKernel>,
+    vote: Vec<RasterKernel>,
 }
 
 /// What a pass reads.
@@ -89,12 +102,37 @@ pub(crate) struct Input<'a> {
     pub mesh: &'a GpuMesh,
     pub uniform: &'a Buffer,
     pub target: &'a Texture,
+    pub axes: Axes,
 }
 
-impl<'a> Input<'a> {
-    fn resources(&self) -> Vec<BindingResource<'a>> {
-        let mesh: [BindingResource<'a>; 2] = self.mesh.resources();
-        mesh.into_iter().chain(self.scene.material_resources()).collect()
+impl Input<'_> {
+    fn axis_count(&self) -> u32 {
+        match self.axes {
+            Axes::All => 3,
+            Axes::Dominant => 1,
+        }
+    }
+
+    fn draw(
+        &self,
+        recorder: &mut Recorder<'_>,
+        pass: &str,
+        kernels: &[RasterKernel],
+        params: RasterParams,
+        after: &[&Buffer],
+    ) {
+        let params = recorder.uniform(&RasterParams { axes: self.axis_count(), ..params });
+        let mut resources = vec![params.binding()];
+        resources.extend(self.mesh.resources());
+        resources.extend(self.scene.material_resources());
+        resources.extend(after.iter().map(|b| b.as_entire_binding()));
+        let colors = [(self.target.view(), Some(wgpu::Color::TRANSPARENT))];
+        let targets = RasterTargets { colors: &colors, depth: None };
+        // Three corners per triangle and axis; 9 x 2^24 is a u32.
+        let vertices = 0..3 * self.axis_count() * self.mesh.triangle_count;
+        for kernel in kernels {
+            recorder.raster(pass, kernel, &resources, &targets, vertices.clone());
+        }
     }
 }
 
@@ -110,9 +148,12 @@ impl Raster {
             CONSTANTS,
             include_str!("raster.wgsl"),
         ];
-        let kernel = |name, fragment, before: &[Bind], after: &[Bind]| {
-            let shared = MESH_BINDS.iter().chain(&MATERIAL_BINDS);
-            let bindings: Vec<_> = before.iter().chain(shared).chain(after).copied().collect();
+        let kernel = |name, fragment, after: &[Bind], holes: bool| {
+            let mut constants = scene.mesh.layout.constants().to_vec();
+            constants.push(("raster_holes", f64::from(u8::from(holes))));
+            let params = Bind::uniform::<RasterParams>(0, 1, "params");
+            let shared = std::iter::once(&params).chain(&MESH_BINDS).chain(&MATERIAL_BINDS);
+            let bindings: Vec<_> = shared.chain(after).copied().collect();
             RasterKernel::new(
                 gpu,
                 &RasterDesc {
@@ -120,7 +161,7 @@ impl Raster {
                     sources: &sources,
                     entries: ["raster_vertex", fragment],
                     bindings: &bindings,
-                    constants: &scene.mesh.layout.constants(),
+                    constants: &constants,
                     // A pass must draw into something; nothing is written.
                     targets: &[wgpu::ColorTargetState {
                         format: TARGET,
@@ -132,19 +173,16 @@ impl Raster {
             )
         };
         let grid = Bind::uniform::<Grid>(1, 18, "grid");
+        let structure = Bind::storage_read(1, 16, "grid_structure");
+        let [marks, keys, changed] = [(0, "out_marks"), (1, "out_keys"), (2, "out_changed")]
+            .map(|(at, name)| Bind::storage(3, at, name));
+        let variants = || std::iter::once(false).chain(scene.needs.coverage.then_some(true));
+        let mark = |holes| kernel("voxel/raster/mark", "raster_mark", &[grid, marks], holes);
+        let vote =
+            |holes| kernel("voxel/raster/vote", "raster_vote", &[structure, grid, keys, changed], holes);
         Ok(Self {
-            mark: kernel("voxel/raster/mark", "raster_mark", &[], &[grid, Bind::storage(3, 0, "out_marks")])?,
-            vote: kernel(
-                "voxel/raster/vote",
-                "raster_vote",
-                &[Bind::uniform::<RasterParams>(0, 1, "params")],
-                &[
-                    Bind::storage_read(1, 16, "grid_structure"),
-                    grid,
-                    Bind::storage(3, 1, "out_keys"),
-                    Bind::storage(3, 2, "out_changed"),
-                ],
-            )?,
+            mark: variants().map(mark).collect::<Result<_, _>>()?,
+            vote: variants().map(vote).collect::<Result<_, _>>()?,
         })
     }
 
@@ -156,9 +194,13 @@ impl Raster {
 
     /// Writes 1 for each brick cell that something is in; `marks` must be clear.
     pub(crate) fn mark(&self, recorder: &mut Recorder<'_>, input: &Input<'_>, marks: &Buffer) {
-        let mut resources = input.resources();
-        resources.extend([input.uniform.as_entire_binding(), marks.as_entire_binding()]);
-        draw(recorder, "voxel/raster/mark", &self.mark, &resources, input);
+        input.draw(
+            recorder,
+            "voxel/raster/mark",
+            &self.mark,
+            RasterParams::default(),
+            &[input.uniform, marks],
+        );
     }
 
     /// Finds the winner of each cell of a batch; `keys` must be clear. Gives the rounds it took, and whether the last one
@@ -174,12 +216,10 @@ impl Raster {
     ) -> Result<(u32, bool), GpuError> {
         let round = |recorder: &mut Recorder<'_>, atomic_round| {
             let (first_slot, slot_count) = (slots.start, slots.len() as u32);
-            let params = recorder.uniform(&RasterParams { first_slot, slot_count, atomic_round, _pad: 0 });
-            let mut resources = vec![params.binding()];
-            resources.extend(input.resources());
-            resources.extend([structure, input.uniform, keys, changed].map(|b| b.as_entire_binding()));
+            let params = RasterParams { first_slot, slot_count, atomic_round, ..Default::default() };
             recorder.clear(changed);
-            draw(recorder, "voxel/raster/vote", &self.vote, &resources, input);
+            let buffers = [structure, input.uniform, keys, changed];
+            input.draw(recorder, "voxel/raster/vote", &self.vote, params, &buffers);
         };
         for done in 1..=MOST_ROUNDS {
             round(recorder, 0);
@@ -191,16 +231,4 @@ impl Raster {
         round(recorder, 1);
         Ok((MOST_ROUNDS + 1, true))
     }
-}
-
-fn draw(
-    recorder: &mut Recorder<'_>,
-    pass: &str,
-    kernel: &RasterKernel,
-    resources: &[BindingResource<'_>],
-    input: &Input<'_>,
-) {
-    let colors = [(input.target.view(), Some(wgpu::Color::TRANSPARENT))];
-    let targets = RasterTargets { colors: &colors, depth: None };
-    recorder.raster(pass, kernel, resources, &targets, 0..3 * input.mesh.triangle_count);
 }

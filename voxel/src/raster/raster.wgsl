@@ -6,7 +6,13 @@ struct RasterParams {
     slot_count: u32,
     // 1: the one round that is allowed a read-modify-write.
     atomic_round: u32,
+    // Axes each triangle is projected along: 3, or 1 for the one its normal is longest on.
+    axes: u32,
 }
+
+// Whether this kernel draws the triangles with masks and blends, or the others: software adapters run both sides of a
+// branch, and most triangles need no texture here.
+override raster_holes: bool = false;
 
 @group(0) @binding(1) var<uniform> params: RasterParams;
 // Per brick cell: 1 where something is.
@@ -23,8 +29,8 @@ struct RasterCorner {
     @location(1) @interpolate(flat) axis: u32,
     // Column and depth of the first corner, cells.
     @location(2) @interpolate(flat) base: vec3f,
-    // Cells of depth per column.
-    @location(3) @interpolate(flat) slope: vec2f,
+    // Cells of depth per column; distance from the plane per cell of depth.
+    @location(3) @interpolate(flat) slope: vec3f,
     // Depth of the nearest and the farthest corner, cells.
     @location(4) @interpolate(flat) range: vec2f,
 }
@@ -42,13 +48,17 @@ fn raster_corner(vertex: u32) -> vec3f {
     return round((mesh_position(vertex) - grid.origin) / grid.voxel_size * RASTER_GRAIN) / RASTER_GRAIN;
 }
 
+fn raster_has_holes(triangle: u32) -> bool {
+    return (materials[mesh_material(triangle)].flags & (MATERIAL_MASK | MATERIAL_BLEND)) != 0u;
+}
+
 fn raster_is_finite(p: vec3f) -> bool {
     return all((bitcast<vec3u>(p) & vec3u(0x7f800000u)) != vec3u(0x7f800000u));
 }
 
 @vertex
 fn raster_vertex(@builtin(vertex_index) index: u32) -> RasterCorner {
-    let triangle = index / 3u;
+    let triangle = index / (3u * params.axes);
     let vertices = mesh_triangle(triangle);
     let a = raster_corner(vertices.x);
     let b = raster_corner(vertices.y);
@@ -58,14 +68,17 @@ fn raster_vertex(@builtin(vertex_index) index: u32) -> RasterCorner {
     var out: RasterCorner;
     out.triangle = triangle;
     out.axis = 2u;
-    if (size.x * RASTER_PREFERENCE >= max(size.y, size.z)) {
+    if (params.axes == 3u) {
+        out.axis = index / 3u % 3u;
+    } else if (size.x * RASTER_PREFERENCE >= max(size.y, size.z)) {
         out.axis = 0u;
     } else if (size.y * RASTER_PREFERENCE >= size.z) {
         out.axis = 1u;
     }
     let normal = raster_turn(n, out.axis);
-    // Nothing to draw: no area, or corners that are no numbers.
-    if (normal.z == 0.0 || !raster_is_finite(a) || !raster_is_finite(b) || !raster_is_finite(c)) {
+    // Nothing to draw: the other kernel's, no area, or corners that are no numbers.
+    if (raster_has_holes(triangle) != raster_holes || normal.z == 0.0
+        || !raster_is_finite(a) || !raster_is_finite(b) || !raster_is_finite(c)) {
         out.position = vec4f(0.0, 0.0, 0.5, 1.0);
         return out;
     }
@@ -76,7 +89,7 @@ fn raster_vertex(@builtin(vertex_index) index: u32) -> RasterCorner {
         raster_turn(c, out.axis) + behind,
     );
     out.base = corners[0];
-    out.slope = -normal.xy / normal.z;
+    out.slope = vec3f(-normal.xy / normal.z, abs(normal.z) / length(normal));
     out.range = vec2f(
         min(corners[0].z, min(corners[1].z, corners[2].z)),
         max(corners[0].z, max(corners[1].z, corners[2].z)),
@@ -91,24 +104,24 @@ fn raster_vertex(@builtin(vertex_index) index: u32) -> RasterCorner {
 struct RasterCell {
     inside: bool,
     cell: vec3i,
-    // Distance of the plane from the cell's centre along the axis, 0..1/2.
+    // Distance of the plane from the cell's centre, 0..1/2.
     miss: f32,
 }
 
 fn raster_cell(in: RasterCorner) -> RasterCell {
     let column = floor(in.position.xy);
-    let depth = clamp(in.base.z + dot(in.slope, column + 0.5 - in.base.xy), in.range.x, in.range.y);
+    let depth = clamp(in.base.z + dot(in.slope.xy, column + 0.5 - in.base.xy), in.range.x, in.range.y);
     let layer = floor(depth);
     let cell = raster_turn_back(vec3i(vec3f(column, layer)), in.axis);
     let inside = all(cell >= vec3i(0)) && all(cell < grid.cells);
-    return RasterCell(inside, cell, abs(depth - layer - 0.5));
+    return RasterCell(inside, cell, in.slope.z * abs(depth - layer - 0.5));
 }
 
 // 0 emits, 1 opaque, 2 lets something through; 3 is not there at all.
 fn raster_class(triangle: u32, cell: vec3i) -> u32 {
     let material = mesh_material(triangle);
     var share = 1.0;
-    if ((materials[material].flags & (MATERIAL_MASK | MATERIAL_BLEND)) != 0u) {
+    if (raster_holes) {
         let area = grid.voxel_size * grid.voxel_size;
         share = material_surface(material, voxel_point(triangle, cell), area).coverage;
     }

@@ -3,7 +3,7 @@
 //! Coverage is decided in integers (corners are multiples of 1/256 cell), edges by the rasterizer's top-left rule; the
 //! rest has 53 bits where the shader has 24.
 
-use super::{GRAIN, PREFERENCE, TIE};
+use super::{Axes, GRAIN, PREFERENCE, TIE};
 use crate::grid::Layout;
 use glam::{DVec2, DVec3, I64Vec2, IVec3, Vec3};
 use std::collections::HashMap;
@@ -22,6 +22,8 @@ pub struct Columns {
     swapped: bool,
     base: DVec3,
     slope: DVec2,
+    /// Distance from the plane per cell of depth.
+    steep: f64,
     range: [f64; 2],
 }
 
@@ -35,27 +37,54 @@ fn cross(a: I64Vec2, b: I64Vec2) -> i64 {
     a.x * b.y - a.y * b.x
 }
 
-impl Columns {
-    /// From corners in the world, m; none where there is no area, or a corner is no number.
-    pub fn new(layout: &Layout, corners: [Vec3; 3]) -> Option<Self> {
-        let moved = corners.map(|p| ((p - layout.origin) / layout.voxel_size * GRAIN).map(f32::round_ties_even));
+/// Corners of a triangle in cells, moved to the grain, and its normal.
+struct Moved {
+    corners: [DVec3; 3],
+    normal: DVec3,
+}
+
+impl Moved {
+    /// From corners in the world, m; none where one is no number.
+    fn new(layout: &Layout, corners: [Vec3; 3]) -> Option<Self> {
+        let moved =
+            corners.map(|p| ((p - layout.origin) / layout.voxel_size * GRAIN).map(f32::round_ties_even));
         // Beyond this, products of integers would overflow; nothing of it is inside any grid.
-        if moved.iter().any(|p| !(p.abs().max_element() < 2.0f32.powi(30))) {
+        if moved.iter().any(|p| !p.is_finite() || p.abs().max_element() > 2.0f32.powi(30)) {
             return None;
         }
         let corners = moved.map(|p| (p / GRAIN).as_dvec3());
-        let n = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        let size = n.abs();
-        let preference = f64::from(PREFERENCE);
-        let axis = match () {
+        Some(Self { corners, normal: (corners[1] - corners[0]).cross(corners[2] - corners[0]) })
+    }
+
+    /// The axis the normal is longest on.
+    fn dominant(&self) -> usize {
+        let (size, preference) = (self.normal.abs(), f64::from(PREFERENCE));
+        match () {
             () if size.x * preference >= size.y.max(size.z) => 0,
             () if size.y * preference >= size.z => 1,
             () => 2,
+        }
+    }
+}
+
+impl Columns {
+    /// A triangle with corners in the world, m, along the dominant axis first; nothing along axes it has no area on.
+    pub fn all(layout: &Layout, corners: [Vec3; 3], axes: Axes) -> Vec<Self> {
+        let Some(moved) = Moved::new(layout, corners) else { return Vec::new() };
+        let first = moved.dominant();
+        let more = match axes {
+            Axes::All => vec![(first + 1) % 3, (first + 2) % 3],
+            Axes::Dominant => Vec::new(),
         };
-        let normal = turn(n, axis);
+        std::iter::once(first).chain(more).filter_map(|axis| Self::along(&moved, axis)).collect()
+    }
+
+    fn along(moved: &Moved, axis: usize) -> Option<Self> {
+        let normal = turn(moved.normal, axis);
         if normal.z == 0.0 {
             return None;
         }
+        let corners = moved.corners;
         let faces_up = normal.z > 0.0;
         let behind = DVec3::Z * if faces_up { -f64::from(TIE) } else { f64::from(TIE) };
         let turned = corners.map(|p| turn(p, axis) + behind);
@@ -72,18 +101,20 @@ impl Columns {
             swapped,
             base: turned[0],
             slope: -normal.truncate() / normal.z,
+            steep: normal.z.abs() / normal.length(),
             range: [depths.into_iter().fold(f64::MAX, f64::min), depths.into_iter().fold(f64::MIN, f64::max)],
         })
     }
 
-    /// Columns of the grid that the triangle may touch, as `(u, v)` ranges.
-    pub fn bounds(&self, layout: &Layout) -> [Range<i32>; 2] {
-        [0, 1].map(|k| {
+    /// Columns `[u, v]` of the grid that the triangle may touch.
+    pub fn bounds(&self, layout: &Layout) -> impl Iterator<Item = [i32; 2]> + use<> {
+        let [us, vs]: [Range<i32>; 2] = [0, 1].map(|k| {
             let most = layout.cells[AXES[self.axis][k]] as i64;
             let all = self.corners.map(|p| p[k].div_euclid(GRAIN as i64));
             let [low, high] = [all.iter().min(), all.iter().max()].map(|n| n.copied().unwrap_or(0));
             low.clamp(0, most) as i32..(high + 1).clamp(0, most) as i32
-        })
+        });
+        vs.flat_map(move |v| us.clone().map(move |u| [u, v]))
     }
 
     /// Twice the signed areas beside each edge, opposite to each corner, of a point in 1/256 column.
@@ -121,6 +152,11 @@ impl Columns {
         (self.base.z + self.slope.dot(center - self.base.truncate())).clamp(self.range[0], self.range[1])
     }
 
+    /// Axis, and whether the front looks along it.
+    pub fn side(&self) -> (usize, bool) {
+        (self.axis, self.faces_up)
+    }
+
     /// The cell the triangle's plane passes in this column.
     pub fn cell(&self, u: i32, v: i32) -> IVec3 {
         let turned = [u, v, self.depth(u, v).floor() as i32];
@@ -131,11 +167,15 @@ impl Columns {
         IVec3::from(cell)
     }
 
+    /// Distance of the plane from the cell's centre, cells.
+    pub fn miss(&self, u: i32, v: i32) -> f64 {
+        let depth = self.depth(u, v);
+        self.steep * (depth - depth.floor() - 0.5).abs()
+    }
+
     /// A cell's key; `class` as the module says.
     pub fn key(&self, u: i32, v: i32, class: u32, triangle: u32) -> u32 {
-        let depth = self.depth(u, v);
-        let miss = (depth - depth.floor() - 0.5).abs();
-        (class << 30) | (((128.0 * miss) as u32).min(63) << 24) | triangle
+        (class << 30) | (((128.0 * self.miss(u, v)) as u32).min(63) << 24) | triangle
     }
 
     /// Share of the column that the triangle covers, 0..1.
@@ -174,13 +214,15 @@ impl Columns {
 }
 
 /// The winner's key of each occupied cell. Triangles are numbered in order, each comes with its class.
-pub fn winners(layout: &Layout, triangles: impl IntoIterator<Item = ([Vec3; 3], u32)>) -> HashMap<IVec3, u32> {
+pub fn winners(
+    layout: &Layout,
+    axes: Axes,
+    triangles: impl IntoIterator<Item = ([Vec3; 3], u32)>,
+) -> HashMap<IVec3, u32> {
     let mut winners = HashMap::new();
     for (number, (corners, class)) in (0..).zip(triangles) {
-        let Some(columns) = Columns::new(layout, corners) else { continue };
-        let [us, vs] = columns.bounds(layout);
-        for v in vs {
-            for u in us.clone() {
+        for columns in Columns::all(layout, corners, axes) {
+            for [u, v] in columns.bounds(layout) {
                 let cell = columns.cell(u, v);
                 if columns.covers(u, v) && layout.contains(cell) {
                     let key = columns.key(u, v, class, number);

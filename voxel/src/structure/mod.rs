@@ -15,9 +15,14 @@ use crate::grid::GRID_WGSL;
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder};
 use scan::Scan;
 
-/// Counts per block of a scan.
-const SCAN_BLOCK: u32 = 1024;
-const SCAN_CONSTANTS: &str = "const SCAN_BLOCK = 1024u;\n";
+/// Counts per block of a scan, for Rust and for shaders.
+macro_rules! scan_block {
+    () => {
+        1024
+    };
+}
+const SCAN_BLOCK: u32 = scan_block!();
+const SCAN_CONSTANTS: &str = concat!("const SCAN_BLOCK = ", scan_block!(), "u;\n");
 
 frame::gpu_struct! {
     /// See `structure.wgsl`.
@@ -95,7 +100,12 @@ impl Structure {
     }
 
     /// Sums up marks or counts.
-    pub(crate) fn scan(&self, recorder: &mut Recorder<'_>, counts: &Buffer, count: u32) -> Result<Sums, GpuError> {
+    pub(crate) fn scan(
+        &self,
+        recorder: &mut Recorder<'_>,
+        counts: &Buffer,
+        count: u32,
+    ) -> Result<Sums, GpuError> {
         self.scan.record(recorder, counts, count)
     }
 
@@ -131,7 +141,13 @@ impl Structure {
     }
 
     /// Masks of a batch, and voxels by brick.
-    pub(crate) fn masks(&self, recorder: &mut Recorder<'_>, batch: &Batch<'_>, keys: &Buffer, counts: &Buffer) {
+    pub(crate) fn masks(
+        &self,
+        recorder: &mut Recorder<'_>,
+        batch: &Batch<'_>,
+        keys: &Buffer,
+        counts: &Buffer,
+    ) {
         let buffers = [batch.uniform, keys, batch.structure, counts];
         self.per_brick(recorder, "voxel/structure/masks", &self.masks, batch, 0, &buffers);
     }

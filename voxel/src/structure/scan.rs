@@ -1,14 +1,11 @@
 //! Prefix sums on the device: from counts to places.
 //!
-//! In: n counts. Out: the exclusive sums within blocks of [`BLOCK`], the sums of the blocks before, and the sum of all.
-//! Element i is at `before[i] + blocks[i / BLOCK]`. Longest loop: n / (256 BLOCK) rounds over the blocks' totals, 9 steps
+//! In: n counts. Out: the exclusive sums within blocks of [`SCAN_BLOCK`], the sums of the blocks before, and the sum of all.
+//! Element i is at `before[i] + blocks[i / SCAN_BLOCK]`. Longest loop: n / (256 SCAN_BLOCK) rounds over the blocks' totals, 9 steps
 //! each; 2^26 counts, the most a dispatch takes, are 256 rounds.
 
-use super::SCAN_CONSTANTS;
+use super::{SCAN_BLOCK, SCAN_CONSTANTS};
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room};
-
-/// Counts per block.
-pub(crate) const BLOCK: u32 = super::SCAN_BLOCK;
 
 frame::gpu_struct! {
     /// See `scan.wgsl`.
@@ -65,10 +62,14 @@ impl Scan {
         count: u32,
     ) -> Result<Sums, GpuError> {
         let gpu = recorder.gpu();
-        let block_count = count.div_ceil(BLOCK);
+        let block_count = count.div_ceil(SCAN_BLOCK);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let words = |label, n: u32| gpu.buffer(Room::Voxels, label, 4 * u64::from(n), usage);
-        let sums = Sums { before: words("Scan::before", count)?, blocks: words("Scan::blocks", block_count + 1)?, count };
+        let sums = Sums {
+            before: words("Scan::before", count)?,
+            blocks: words("Scan::blocks", block_count + 1)?,
+            count,
+        };
         let params = recorder.uniform(&ScanParams { count, _pad: [0; 3] });
         let [from, before, blocks] = [counts, &sums.before, &sums.blocks].map(|b| b.as_entire_binding());
         recorder.compute(
@@ -87,6 +88,6 @@ impl Sums {
     pub(crate) fn total(&self, recorder: &mut Recorder<'_>) -> Result<u32, GpuError> {
         recorder.flush();
         let blocks: Vec<u32> = recorder.gpu().read_buffer(&self.blocks)?;
-        Ok(blocks.get(self.count.div_ceil(BLOCK) as usize).copied().unwrap_or(0))
+        Ok(blocks.get(self.count.div_ceil(SCAN_BLOCK) as usize).copied().unwrap_or(0))
     }
 }

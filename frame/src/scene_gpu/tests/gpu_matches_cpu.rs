@@ -36,7 +36,14 @@ fn run(
     let bindings: Vec<_> = binds.iter().copied().chain([QUERIES, OUT]).collect();
     let kernel = Kernel::new(
         gpu,
-        &KernelDesc { name: "test", sources: &sources, entry: "run", workgroup: [64, 1, 1], bindings: &bindings, constants },
+        &KernelDesc {
+            name: "test",
+            sources: &sources,
+            entry: "run",
+            workgroup: [64, 1, 1],
+            bindings: &bindings,
+            constants,
+        },
     )
     .unwrap();
     let out = vec![Vec4::ZERO; queries.len() * per_query];
@@ -113,7 +120,10 @@ fn textures_are_read_alike() {
                 let at = slot.uv_transform.transform_point2(uv[slot.uv_set as usize]);
                 let texels = at * Vec2::new(image.width as f32, image.height as f32);
                 let to_edge = (texels - texels.round()).abs().min_element();
-                assert!(to_edge < 2e-3, "{query}: {gpu_value} against {value}, {to_edge} texels from an edge");
+                assert!(
+                    to_edge < 2e-3,
+                    "{query}: {gpu_value} against {value}, {to_edge} texels from an edge"
+                );
                 on_an_edge += 1;
                 continue;
             }
@@ -131,7 +141,8 @@ fn a_footprint_chooses_the_mip_of_its_area() {
     let mut random = Random(2);
     let mut expected = Vec::new();
     let mut queries = Vec::new();
-    let linear = (1..scene.materials.len()).filter(|&i| scene.materials[i].base_color_texture.unwrap().linear);
+    let linear =
+        (1..scene.materials.len()).filter(|&i| scene.materials[i].base_color_texture.unwrap().linear);
     for material in linear {
         let slot = scene.materials[material].base_color_texture.unwrap();
         let image = &scene.images[slot.image as usize];
@@ -149,7 +160,8 @@ fn a_footprint_chooses_the_mip_of_its_area() {
             for _ in 0..20 {
                 let uv = Vec2::new(random.next(), random.next());
                 queries.push(Vec4::new(uv.x, uv.y, material as f32, area));
-                let value = reference::lookup(&mip, &slot, Encoding::Srgb, [uv, Vec2::new(uv.y, uv.x)], false);
+                let value =
+                    reference::lookup(&mip, &slot, Encoding::Srgb, [uv, Vec2::new(uv.y, uv.x)], false);
                 expected.push(value);
             }
         }
@@ -235,7 +247,8 @@ fn materials_become_the_same_surfaces() {
         })
         .collect();
     let binds: Vec<_> = MESH_BINDS.into_iter().chain(MATERIAL_BINDS).collect();
-    let resources: Vec<_> = uploaded.mesh.resources().into_iter().chain(uploaded.material_resources()).collect();
+    let resources: Vec<_> =
+        uploaded.mesh.resources().into_iter().chain(uploaded.material_resources()).collect();
     let constants = uploaded.mesh.layout.constants();
     let values = run(&gpu, &MATERIAL_SOURCES, &binds, &resources, &constants, &queries, 7, SURFACE);
     let mut unlike_masks = 0;
@@ -255,7 +268,10 @@ fn materials_become_the_same_surfaces() {
             (s.tangent.extend(s.metalness), 3e-2),
             // Textures: half a code of 255 for the driver's sRGB.
             (s.base.extend(s.f0), 3e-3),
-            (s.emission.extend(s.transmission), 3e-3 * uploaded.radiance_scale * (1.0 + m.emission.max_element())),
+            (
+                s.emission.extend(s.transmission),
+                3e-3 * uploaded.radiance_scale * (1.0 + m.emission.max_element()),
+            ),
             (s.absorption.extend(opacity), 3e-3),
             (Vec4::new(s.roughness.x, s.roughness.y, flag(s.two_sided), flag(s.thin)), 5e-3),
         ];
@@ -267,9 +283,14 @@ fn materials_become_the_same_surfaces() {
         for (i, (value, tolerance)) in expected.into_iter().enumerate() {
             // An anisotropy texel may point nowhere, and then the tangent is any.
             let aimless = i == 1 && m.anisotropy_texture.is_some() && m.anisotropy > 0.0;
-            let tolerance = if aimless { Vec4::new(2.0, 2.0, 2.0, tolerance) } else { Vec4::splat(tolerance) };
+            let tolerance =
+                if aimless { Vec4::new(2.0, 2.0, 2.0, tolerance) } else { Vec4::splat(tolerance) };
             let error = (gpu_values[i] - value).abs();
-            assert!(error.cmple(tolerance).all(), "{query}, {m:?}: value {i}: {} against {value}", gpu_values[i]);
+            assert!(
+                error.cmple(tolerance).all(),
+                "{query}, {m:?}: value {i}: {} against {value}",
+                gpu_values[i]
+            );
         }
         // f32 interpolation of coordinates of a few metres.
         assert!(gpu_values[6].truncate().abs_diff_eq(point.position, 1e-5), "{query}");
@@ -287,8 +308,11 @@ fn the_sky_is_looked_up_alike() {
     let mut queries: Vec<_> = (0..3000)
         .map(|_| (Vec3::new(random.next(), random.next(), random.next()) - 0.5).normalize().extend(0.0))
         .collect();
-    queries.extend([Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z, Vec3::new(-1e-7, 0.0, 1.0)].map(|d| d.extend(0.0)));
-    for sky in [Sky::Map(SkyMap { width: 32, height: 16, radiance }), Sky::Constant(Vec3::new(1.0, 2.0, 3.0))] {
+    queries.extend(
+        [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z, Vec3::new(-1e-7, 0.0, 1.0)].map(|d| d.extend(0.0)),
+    );
+    for sky in [Sky::Map(SkyMap { width: 32, height: 16, radiance }), Sky::Constant(Vec3::new(1.0, 2.0, 3.0))]
+    {
         scene.sky = sky;
         let uploaded = uploaded(&gpu, &scene);
         let resources = [BindingResource::TextureView(uploaded.sky.view())];

@@ -12,7 +12,11 @@ fn the_scale_is_a_power_of_two_that_puts_the_brightest_below_1024() {
         scene.sky = Sky::Constant(Vec3::new(0.0, brightest, 0.0));
         let RadianceScale { scale, lost } = RadianceScale::of(&scene, scene.rest());
         assert_eq!(scale.log2().fract(), 0.0, "{scale} is no power of two");
-        assert!(scale * brightest <= 1024.0 && 2.0 * scale * brightest > 1024.0, "{brightest} becomes {}", scale * brightest);
+        assert!(
+            scale * brightest <= 1024.0 && 2.0 * scale * brightest > 1024.0,
+            "{brightest} becomes {}",
+            scale * brightest
+        );
         assert_eq!(lost, 0);
     }
 }

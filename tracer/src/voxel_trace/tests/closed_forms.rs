@@ -29,7 +29,7 @@ fn floor(surface: &Surface) -> Model {
 
 /// Looks down at the middle of the floor; all pixels see it.
 fn above(sky: Sky, sun: Option<Sun>) -> Fixture {
-    Fixture::new(sky, sun, &[], at(12.0, 14.0, 16.0), at(12.0, 4.0, 12.0))
+    Fixture::new(sky, sun, &[], at(12.0, 10.0, 13.0), at(12.0, 4.0, 12.0))
 }
 
 /// Direct light alone.
@@ -37,11 +37,11 @@ fn direct(spp: u32) -> PathSettings {
     PathSettings { spp, bounces: Some(1), ..PathSettings::default() }
 }
 
-/// Asserts one value in every pixel and channel of a lobe, to the half float's rounding (2^-11) and f32's.
+/// Asserts one value in every pixel and channel of a lobe, to the last bit of a half float (2^-10, which adapters may cut off) and f32's.
 fn assert_everywhere(traced: &Traced, lobe: usize, wanted: f64) {
     for (index, texel) in traced.lobes[lobe].iter().enumerate() {
         for value in &texel[..3] {
-            assert!((f64::from(*value) - wanted).abs() <= 5e-4 * wanted, "pixel {index}: {value}, not {wanted}");
+            assert!((f64::from(*value) - wanted).abs() <= 1.1e-3 * wanted, "pixel {index}: {value}, not {wanted}");
         }
     }
 }
@@ -69,13 +69,13 @@ fn modulated<'a>(
 
 #[test]
 fn a_closed_furnace_glows_as_the_geometric_series() {
+    let fixture = Fixture::new(DARK, None, &[], at(8.0, 8.0, 13.0), at(6.0, 3.0, 2.0));
     for (albedo, spp) in [(0.2, 4), (0.5, 4), (0.9, 8)] {
         let albedo = exact(albedo);
         let base = Vec3::splat(albedo);
         let mut model = Model::new(16);
         model.room(|_| Surface { base, emission: Vec3::ONE, ..Surface::default() });
         let voxels = model.build();
-        let fixture = Fixture::new(DARK, None, &[], at(8.0, 8.0, 13.0), at(6.0, 3.0, 2.0));
         let texels = fixture.gbuffer(&voxels);
         let settings = PathSettings { spp, bounces: None, ..PathSettings::default() };
         let traced = fixture.traced(&voxels, &texels, &settings);
@@ -83,7 +83,7 @@ fn a_closed_furnace_glows_as_the_geometric_series() {
         let (mean, error) = traced.mean(0);
         println!("albedo {albedo}: {mean} +- {error}, wanted {wanted}");
         // Before roulette sets in nothing is random but directions, and they all see the same.
-        assert!((mean - wanted).abs() <= 3.0 * error + 5e-4 * wanted, "albedo {albedo}: {mean} +- {error}, not {wanted}");
+        assert!((mean - wanted).abs() <= 3.0 * error + 1e-3 * wanted, "albedo {albedo}: {mean} +- {error}, not {wanted}");
         assert!(error < 0.02 * wanted, "a test that could not fail: {error}");
         assert_everywhere(&traced, 1, 0.0);
     }
@@ -129,14 +129,13 @@ fn a_sun_lights_a_floor_by_the_cosine_and_what_is_between_takes_its_share() {
         };
         assert_everywhere(&roofed(&Surface::default()), 0, 0.0);
         let coverage = 7.0 / 15.0;
-        let half = roofed(&Surface { coverage, ..Surface::default() }).mean(0).0 / wanted;
-        println!("{degrees} degrees: {half} of the sun through a cover of {coverage}");
-        assert!((half - f64::from(1.0 - coverage)).abs() < 0.03, "{degrees} degrees: {half}");
+        // However many cells of the sheet a slanted ray crosses, it crosses the sheet once.
+        let half = roofed(&Surface { coverage, ..Surface::default() });
+        assert_everywhere(&half, 0, wanted * f64::from(1.0 - coverage));
         // A pane: Fresnel of both faces and all there is between them.
         let f = fresnel(f64::from(cos));
         let pane = Surface { transmission: 1.0, thin: true, f0: 0.04, ..Surface::default() };
-        let clear = roofed(&pane).mean(0).0 / wanted;
-        println!("{degrees} degrees: {clear} of the sun through a pane, wanted {}", (1.0 - f) / (1.0 + f));
+        assert_everywhere(&roofed(&pane), 0, wanted * (1.0 - f) / (1.0 + f));
     }
 }
 
@@ -150,8 +149,8 @@ fn fresnel(cosine: f64) -> f64 {
 
 #[test]
 fn white_metal_in_a_white_furnace_returns_what_the_table_says() {
+    let fixture = above(WHITE, None);
     for roughness in [0.0, 0.3, 0.7, 1.0] {
-        let fixture = above(WHITE, None);
         let metal = Surface { metalness: 1.0, roughness: Vec2::splat(roughness), ..Surface::default() };
         let voxels = floor(&metal).build();
         let texels = fixture.gbuffer(&voxels);
@@ -160,7 +159,7 @@ fn white_metal_in_a_white_furnace_returns_what_the_table_says() {
         let (mean, error) = statistics(modulated(&fixture, &texels, &traced).map(|v| v / scale));
         let (table, _) = statistics(expected(&fixture, &texels));
         println!("roughness {roughness}: {mean} +- {error}, table {table}");
-        // The table is bilinear and in half floats.
+        // The table is bilinear and in half floats, and the adapter may cut off the light's last bit.
         assert!((mean - table).abs() <= 3.0 * error + 3e-3, "roughness {roughness}: {mean} +- {error}, not {table}");
         assert_everywhere(&traced, 0, 0.0);
     }
@@ -188,8 +187,9 @@ fn clear_glass_neither_adds_light_nor_takes_it() {
     }
     let mut block = Model::new(24);
     block.block([6, 4, 6], [18, 14, 18], &glass);
+    let mut fixture = Fixture::new(WHITE, None, &[], Vec3::ZERO, Vec3::ONE);
     for (name, model, eye) in [("slab", slab, at(12.0, 14.0, 16.0)), ("block", block, at(5.0, 22.0, 23.0))] {
-        let fixture = Fixture::new(WHITE, None, &[], eye, at(12.0, 8.0, 12.0));
+        fixture.look(eye, at(12.0, 8.0, 12.0));
         let voxels = model.build();
         let texels = fixture.gbuffer(&voxels);
         let settings = PathSettings { spp: 8, bounces: None, ..PathSettings::default() };
@@ -199,8 +199,7 @@ fn clear_glass_neither_adds_light_nor_takes_it() {
         let seen = texels.texels().iter().zip(&light).filter(|(t, _)| t.distance > 0.0).map(|(_, l)| *l);
         let (mean, error) = statistics(seen);
         println!("{name}: {mean} +- {error}");
-        if name == "slab" {
-            assert!((mean - 1.0).abs() <= 3.0 * error + 1e-3, "{name}: {mean} +- {error}");
-        }
+        // The slab's sides are open, and paths that leave through them have not crossed a second face: 0.3 %.
+        assert!((mean - 1.0).abs() <= 3.0 * error + 5e-3, "{name}: {mean} +- {error}");
     }
 }

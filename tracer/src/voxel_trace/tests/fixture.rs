@@ -2,7 +2,9 @@
 
 use super::super::VoxelTracer;
 use super::super::reference::CpuVoxels;
-use crate::path::reference::{Pixel, Structure, Tally, Texel, World as CpuWorld, view_direction};
+use crate::path::reference::{
+    NO_OWN, Pixel, Ray, Structure, Tally, Texel, World as CpuWorld, view_direction,
+};
 use crate::path::{ENDLESS, PathParams, PathSettings, SampleRule};
 use crate::{Tracer, World};
 use frame::brdf::BrdfTable;
@@ -13,6 +15,7 @@ use frame::{FrameInfo, FrameLog, GBuffer, Gpu, Recorder, Room, Texture};
 use glam::{DVec3, IVec3, UVec2, Vec3};
 use half::f16;
 use scene::{Camera, PunctualLight, Sky, Sun};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use voxel::VoxelGrid;
 use voxel::grid::Layout;
@@ -132,6 +135,8 @@ pub struct Fixture {
     pub lights: Vec<Light>,
     pub table: BrdfTable,
     pub frame: FrameInfo,
+    /// Kept, so that its kernels are compiled once.
+    pub tracer: RefCell<VoxelTracer>,
 }
 
 impl Fixture {
@@ -147,6 +152,8 @@ impl Fixture {
         // The box has no gloss and no glass; the cells may.
         scene.needs.specular = true;
         scene.needs.transmission = true;
+        scene.needs.coverage = true;
+        scene.needs.shadow_rays = scene.light_count > 0;
         let lights = gpu.read_buffer(&scene.lights).unwrap()[..scene.light_count as usize].to_vec();
         let camera = Camera { name: String::new(), eye, target, up: Vec3::new(0.1, 1.0, 0.2), vfov: 1.0 };
         let frame = FrameInfo {
@@ -165,7 +172,7 @@ impl Fixture {
             restart: true,
             sun_elsewhere: false,
         };
-        Self { gpu, scene, sky, lights, table: BrdfTable::new(), frame }
+        Self { gpu, scene, sky, lights, table: BrdfTable::new(), frame, tracer: RefCell::default() }
     }
 
     /// What the camera sees of the cells' cubes.
@@ -174,7 +181,8 @@ impl Fixture {
         Image::from_fn(self.frame.trace_size, |x, y| {
             let direction = view_direction(&uniform, UVec2::new(x, y));
             let eye = self.frame.camera.eye;
-            let Some(hit) = voxels.trace(eye, direction, 1e3, false, &mut Tally::default()) else {
+            let ray = Ray { origin: eye, direction, distance: 1e3, own: NO_OWN };
+            let Some(hit) = voxels.trace(&ray, &mut Tally::default()) else {
                 return Texel::default();
             };
             let is_back = hit.surface.normal.dot(direction) > 0.0;
@@ -187,8 +195,9 @@ impl Fixture {
         })
     }
 
-    fn cpu<'a>(&'a self, voxels: &'a CpuVoxels, frame: &'a frame::info::Frame) -> CpuWorld<'a, CpuVoxels> {
-        CpuWorld { frame, structure: voxels, sky: &self.sky, lights: &self.lights, table: &self.table }
+    /// Moves the camera.
+    pub fn look(&mut self, eye: Vec3, target: Vec3) {
+        self.frame.camera = Camera { eye, target, ..self.frame.camera.clone() };
     }
 
     /// On the CPU, a share of the pixels per processor.
@@ -199,7 +208,8 @@ impl Fixture {
         settings: &PathSettings,
     ) -> (Vec<Pixel>, Tally) {
         let uniform = self.frame.uniform();
-        let world = self.cpu(voxels, &uniform);
+        let world =
+            CpuWorld { frame: &uniform, structure: voxels, sky: &self.sky, lights: &self.lights, table: &self.table };
         let params = PathParams {
             sample: 0,
             samples: settings.spp,
@@ -240,16 +250,7 @@ impl Fixture {
 
     /// On the device.
     pub fn traced(&self, voxels: &CpuVoxels, texels: &Image<Texel>, settings: &PathSettings) -> Traced {
-        self.traced_by(&mut VoxelTracer::new(&self.gpu).unwrap(), voxels, texels, settings)
-    }
-
-    pub fn traced_by(
-        &self,
-        tracer: &mut VoxelTracer,
-        voxels: &CpuVoxels,
-        texels: &Image<Texel>,
-        settings: &PathSettings,
-    ) -> Traced {
+        let tracer = &mut *self.tracer.borrow_mut();
         let gpu = &self.gpu;
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
         let grid = &voxels.grid.grid;

@@ -1,6 +1,5 @@
 //! The same random numbers on both sides: the same paths, but where rounding flips a decision.
 
-use super::super::VoxelTracer;
 use super::fixture::{Fixture, Model, Traced, at, cells, twin_mean};
 use crate::path::reference::{Pixel, Texel};
 use crate::path::{PathSettings, SampleRule};
@@ -68,7 +67,9 @@ fn lights() -> [PunctualLight; 2] {
 
 /// From a corner of the room, into it.
 fn fixture(sky: Sky, sun: Option<Sun>, punctual: &[PunctualLight]) -> Fixture {
-    Fixture::new(sky, sun, punctual, at(17.0, 14.0, 21.0), at(10.0, 4.0, 6.0))
+    let mut fixture = Fixture::new(sky, sun, punctual, at(17.0, 14.0, 21.0), at(10.0, 4.0, 6.0));
+    fixture.frame.trace_size = [96, 64];
+    fixture
 }
 
 /// Shares of pixels that agree and the ratio of the means, per lobe.
@@ -77,17 +78,23 @@ fn compare(traced: &Traced, twin: &[Pixel]) {
         let mean = twin_mean(twin, lobe);
         let pairs = traced.lobes[lobe].iter().zip(twin.iter().map(|p| p.lobes[lobe].to_array()));
         let same = |(a, b): &(&[f32; 4], [f64; 4])| {
-            // Half floats round by 2^-11 = 4.9e-4; the rest is f32 against f64 over a few bounces. The mean's share
-            // stands in where a pixel is nearly black.
-            let close = |(a, b): (&f32, &f64)| (f64::from(*a) - b).abs() <= 1e-3 * b.abs().max(0.01 * mean);
+            // The last bit of a half float is at most 2^-10 = 9.8e-4 of it, and an adapter may cut it off instead of
+            // rounding; the rest is f32 against f64 over a few bounces. A share of the mean stands in where a pixel is
+            // nearly black.
+            let close = |(a, b): (&f32, &f64)| (f64::from(*a) - b).abs() <= 1.2e-3 * b.abs().max(0.01 * mean);
             a.iter().zip(b).all(close)
         };
         let agree = pairs.clone().filter(same).count() as f64 / twin.len() as f64;
-        let found = traced.mean(lobe).0;
-        println!("lobe {lobe}: {:.2} % agree, mean {found} against {mean}", 100.0 * agree);
         // Paths that took another branch: a cell's edge or a probability met within rounding.
         assert!(agree >= 0.99, "lobe {lobe}: only {agree} of the pixels agree");
-        assert!((found - mean).abs() <= 2e-3 * mean, "lobe {lobe}: mean {found} against {mean}");
+        // They are as likely brighter as darker: their sum is a random walk. The software adapter cuts half floats off,
+        // which takes half of 2^-10 at most from the mean.
+        let apart = pairs.map(|(a, b)| (0..3).map(|c| (f64::from(a[c]) - b[c]) / 3.0).sum::<f64>());
+        let walk = apart.map(|d| d * d).sum::<f64>().sqrt() / twin.len() as f64;
+        let found = traced.mean(lobe).0;
+        println!("lobe {lobe}: {:.2} % agree, mean {found} +- {walk} against {mean}", 100.0 * agree);
+        assert!((found - mean).abs() <= 3.0 * walk + 5e-4 * mean, "lobe {lobe}: {found} +- {walk}, twin {mean}");
+        assert!(walk < 1e-2 * mean, "a test that could not fail: {walk}");
     }
     let samples: Vec<u32> = twin.iter().map(|p| p.samples[0] | (p.samples[1] << 16)).collect();
     let agree = traced.samples.iter().zip(&samples).filter(|(a, b)| a == b).count();
@@ -141,24 +148,25 @@ fn seeds_and_frames_decide_the_bits_and_segments_per_dispatch_do_not() {
     let voxels = room().build();
     let texels = fixture.gbuffer(&voxels);
     let settings = PathSettings { spp: 2, ..PathSettings::default() };
-    let mut tracer = VoxelTracer::new(&fixture.gpu).unwrap();
-    let first = fixture.traced_by(&mut tracer, &voxels, &texels, &settings);
+    let first = fixture.traced(&voxels, &texels, &settings);
     for segments in [1, 2, 3, 8] {
-        tracer.paths.most_segments = segments;
-        let again = fixture.traced_by(&mut tracer, &voxels, &texels, &settings);
+        fixture.tracer.borrow_mut().paths.most_segments = segments;
+        let again = fixture.traced(&voxels, &texels, &settings);
         assert!(first.bits == again.bits && first.samples == again.samples, "{segments} segments per dispatch");
         assert_eq!(first.log.counts, again.log.counts, "{segments} segments per dispatch");
     }
     fixture.frame.frame_index = 1;
-    let next = fixture.traced_by(&mut tracer, &voxels, &texels, &settings);
+    let next = fixture.traced(&voxels, &texels, &settings);
     fixture.frame.frame_index = 0;
     fixture.frame.seed = 2;
-    let other = fixture.traced_by(&mut tracer, &voxels, &texels, &settings);
+    let other = fixture.traced(&voxels, &texels, &settings);
     for (name, bits) in [("frame", &next.bits), ("seed", &other.bits)] {
         for lobe in 0..2 {
-            // Pixels that find no light at all stay black whatever the numbers.
-            let differ = first.bits[lobe].iter().zip(&bits[lobe]).filter(|(a, b)| a != b).count();
-            assert!(differ * 2 > bits[lobe].len(), "another {name}, lobe {lobe}: only {differ} pixels differ");
+            // Only pixels that began a path in this lobe both times: a choice between two lamps may fall alike. And in
+            // smooth glass two paths may find the same darkness.
+            let pairs = first.bits[lobe].iter().zip(&bits[lobe]).filter(|(a, b)| a[3] > 0 && b[3] > 0);
+            let (all, same) = (pairs.clone().count(), pairs.filter(|(a, b)| a == b).count());
+            assert!(all > 200 && same * 20 < all, "another {name}, lobe {lobe}: {same} of {all} pixels are the same");
         }
     }
 }
@@ -211,9 +219,9 @@ fn smooth_pixels_get_one_path_and_rough_ones_six() {
     let voxels = room().build();
     let mut texels = fixture.gbuffer(&voxels);
     let mut column = 0;
-    // Roughness rises from left to right: 0, 1/47, .. 1.
+    // Roughness rises from left to right: 0, 1/95, .. 1.
     texels = texels.map(|t| {
-        let roughness = (column % 48) as f32 / 47.0;
+        let roughness = (column % 96) as f32 / 95.0;
         column += 1;
         let surface = Surface { roughness: Vec2::new(roughness, 0.0), ..Surface::unpack_gbuffer(t.surface) };
         Texel { surface: surface.pack_gbuffer(0), ..t }
@@ -223,7 +231,7 @@ fn smooth_pixels_get_one_path_and_rough_ones_six() {
     let mut total = 0;
     for (index, samples) in traced.samples.iter().enumerate() {
         let count = (samples & 0xffff) + (samples >> 16);
-        let roughness = ((index % 48) as f32 / 47.0 * 255.0).round() / 255.0;
+        let roughness = ((index % 96) as f32 / 95.0 * 255.0).round() / 255.0;
         assert_eq!(count, 1 + (5.0 * roughness + 0.5) as u32, "roughness {roughness}");
         total += count;
     }
