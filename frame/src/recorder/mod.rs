@@ -85,6 +85,11 @@ impl<'g> Recorder<'g> {
         self.encoder.clear_buffer(buffer, 0, None);
     }
 
+    /// Fills a range of a buffer's words with zeros.
+    pub fn clear_words(&mut self, buffer: &Buffer, words: std::ops::Range<u64>) {
+        self.encoder.clear_buffer(buffer, 4 * words.start, Some(4 * (words.end - words.start)));
+    }
+
     /// Copies `bytes` from the start of one buffer to the start of another.
     pub fn copy_buffer(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
         self.encoder.copy_buffer_to_buffer(from, 0, to, 0, bytes);

@@ -23,8 +23,8 @@ mod tests;
 use crate::{lights, noise};
 use frame::scene_gpu::{self, GpuScene};
 use frame::{
-    Bind, Buffer, GBuffer, Gpu, GpuError, Kernel, KernelDesc, Knob, RadianceImage, Recorder, Room, Texture, Uniform,
-    brdf, gpu_struct, info, surface,
+    Bind, Buffer, GBuffer, Gpu, GpuError, Kernel, KernelDesc, Knob, RadianceImage, Recorder, Room, Texture,
+    Uniform, brdf, gpu_struct, info, surface,
 };
 use scene::SceneNeeds;
 use wgpu::TextureFormat;
@@ -135,6 +135,8 @@ struct Sized {
     sums: Buffer,
     sample_counts: Buffer,
     counters: Buffer,
+    /// Workgroups of the next dispatch: x is 0 unless a path is alive. Two, one read while the other is written.
+    alive: [Buffer; 2],
     light: RadianceImage,
     /// Bound in place of an absent specular lobe; one texel, stores outside of it go nowhere.
     no_specular: Texture,
@@ -198,7 +200,7 @@ impl Kernels {
         let mut bindings = of_frame.to_vec();
         bindings.extend([scene_gpu::SKY_BIND, table, lights]);
         bindings.extend(structure.binds);
-        bindings.extend([paths, sums, counters]);
+        bindings.extend([paths, sums, counters, Bind::storage(1, 34, "alive_groups")]);
         let segment = kernel("path_segment", &sources(&[PATH_WGSL, SEGMENT_WGSL]), &bindings, &constants)?;
 
         let bindings = [
@@ -235,6 +237,13 @@ impl Paths {
         }
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+        let groups = [size[0].div_ceil(8), size[1].div_ceil(8), 1];
+        let alive = || {
+            let usage = usage | wgpu::BufferUsages::INDIRECT;
+            let buffer = gpu.buffer(Room::Radiance, "Paths::alive", 12, usage)?;
+            gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&groups));
+            Ok::<_, GpuError>(buffer)
+        };
         // What was there goes first, so that the two sizes never stand side by side.
         self.sized = None;
         self.sized = Some(Sized {
@@ -242,6 +251,7 @@ impl Paths {
             sums: gpu.buffer(Room::Radiance, "Paths::sums", 32 * pixels, usage)?,
             sample_counts: gpu.buffer(Room::Radiance, "Paths::sample_counts", 4 * pixels, usage)?,
             counters: gpu.buffer(Room::Radiance, "Paths::counters", 40, usage)?,
+            alive: [alive()?, alive()?],
             light: RadianceImage::new(gpu, size, scene.needs.specular)?,
             no_specular: RadianceImage::lobe(gpu, "Paths::no_specular", [1, 1])?,
             size,
@@ -293,7 +303,8 @@ impl Paths {
             roulette_from: if settings.bounces.is_some() { u32::MAX } else { settings.roulette_from },
             segments,
         };
-        let [start, segment, resolve] = ["start", "segment", "resolve"].map(|part| format!("{}/{part}", self.structure.pass));
+        let [start, segment, resolve] =
+            ["start", "segment", "resolve"].map(|part| format!("{}/{part}", self.structure.pass));
         if bounces > 0 {
             for sample in 0..settings.spp {
                 params.sample = sample;
@@ -332,8 +343,16 @@ impl Paths {
                 ]);
                 // A sheet passed at the first hit uses up no bounce: such a path has one segment more.
                 let most = bounces + u32::from(scene.needs.transmission);
-                for _ in 0..most.div_ceil(segments) {
-                    recorder.compute(&segment, &kernels.segment, &resources, groups);
+                // What a dispatch left alive decides how large the next one is: nothing, once all paths have ended.
+                for round in 0..most.div_ceil(segments) as usize {
+                    let (before, after) = (&sized.alive[(round + 1) % 2], &sized.alive[round % 2]);
+                    recorder.clear_words(after, 0..1);
+                    let mut resources = resources.clone();
+                    resources.push(after.as_entire_binding());
+                    match round {
+                        0 => recorder.compute(&segment, &kernels.segment, &resources, groups),
+                        _ => recorder.compute_indirect(&segment, &kernels.segment, &resources, before, 0),
+                    }
                 }
                 recorder.progress((sample + 1) as f32 / settings.spp as f32);
             }

@@ -1,5 +1,7 @@
 // A path between two segments, where its light goes, and what happens at a surface. Needs frame, surface, brdf, noise,
-// lights, sky, and the hit functions of the structure that is traced (`hit_trace`, `hit_leave`, `hit_pass`).
+// lights, sky, and what the traced structure defines: `hit_trace(origin, direction, distance, own)`, `hit_start`,
+// `hit_leave`, `hit_pass`, and `Hit` with `found`, `distance`, `surface`, `face` (towards the ray), `own` (names the
+// surface for a ray that leaves it) and `again` (it is the one that the ray leaves: passed without an effect).
 
 struct Path {
     // Where the next segment starts, world, m.

@@ -249,8 +249,7 @@ impl<S: Structure> World<'_, S> {
         path.origin = self.structure.start(point, face, if scatter.transmitted { -face } else { face });
         path.own = NO_OWN;
         path.direction = scatter.wi;
-        path.throughput =
-            scatter.weight / if specular { (1.0 - q) * m.specular } else { DVec3::splat(q) };
+        path.throughput = scatter.weight / if specular { (1.0 - q) * m.specular } else { DVec3::splat(q) };
         let passes = scatter.transmitted && is_straight(&surface);
         path.is_inside = inside != (scatter.transmitted && !surface.thin);
         if path.is_inside {
@@ -316,7 +315,8 @@ impl<S: Structure> World<'_, S> {
                 let [x, y, ..] = noise::at(pixel.into(), serial, block + 1, seed);
                 let sample = light_sample(self.lights, frame.diagonal, point, [x, y]);
                 let origin = self.structure.leave(point, &hit, sample.wi.as_vec3());
-                let [diffuse, specular] = self.light(&surface, wo, hit.face, &sample, (origin, hit.own), tally);
+                let [diffuse, specular] =
+                    self.light(&surface, wo, hit.face, &sample, (origin, hit.own), tally);
                 found += path.throughput * (m.diffuse * diffuse + specular);
             }
 

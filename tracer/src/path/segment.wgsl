@@ -1,6 +1,8 @@
 // One segment of every living path: what it meets, the light it finds there, where it goes next. See mod.rs.
 
 @group(0) @binding(1) var<uniform> params: PathParams;
+// Workgroups of the next dispatch; x stays 0 where no path is left alive.
+@group(1) @binding(34) var<storage, read_write> alive_groups: array<atomic<u32>>;
 
 // Returns the radiance found, demodulated by the path's throughput; the path is advanced or ended.
 fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
@@ -108,6 +110,9 @@ fn path_segment(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocat
             sums[2u * index + ((path.state & PATH_SPECULAR) >> 1u)] += vec4f(found, length);
         }
         paths[index] = path;
+        if ((path.state & PATH_ALIVE) != 0u) {
+            atomicStore(&alive_groups[0], (frame.trace_size.x + 7u) / 8u);
+        }
     }
     path_count(local);
 }

@@ -46,8 +46,13 @@ impl Structure for Ball {
 
 /// `M_d diffuse + M_s specular` of the pixels that see the ball in a white sky, each beside the cosine there.
 fn seen(ball: &Ball, spp: u32, bounces: u32) -> Vec<(f64, DVec3)> {
-    let camera =
-        Camera { name: String::new(), eye: Vec3::new(0.5, 1.0, 3.0), target: Vec3::ZERO, up: Vec3::Y, vfov: 0.8 };
+    let camera = Camera {
+        name: String::new(),
+        eye: Vec3::new(0.5, 1.0, 3.0),
+        target: Vec3::ZERO,
+        up: Vec3::Y,
+        vfov: 0.8,
+    };
     let info = FrameInfo {
         camera: camera.clone(),
         previous_camera: camera,
@@ -102,8 +107,10 @@ fn a_tinted_ball_that_does_not_bend_light_absorbs_along_the_chord() {
 #[test]
 fn a_clear_ball_neither_adds_light_nor_takes_it() {
     for roughness in [0.0, 0.2] {
-        let ball = Surface { transmission: 1.0, f0: 0.04, roughness: Vec2::splat(roughness), ..Surface::default() };
-        let values: Vec<f64> = seen(&Ball(ball), 16, 512).iter().map(|(_, light)| light.element_sum() / 3.0).collect();
+        let ball =
+            Surface { transmission: 1.0, f0: 0.04, roughness: Vec2::splat(roughness), ..Surface::default() };
+        let values: Vec<f64> =
+            seen(&Ball(ball), 16, 512).iter().map(|(_, light)| light.element_sum() / 3.0).collect();
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
         let error = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>()).sqrt() / count;
@@ -124,7 +131,9 @@ fn a_white_ball_under_a_white_sky_shows_it_whole() {
 
 #[test]
 fn rougher_surfaces_get_more_samples() {
-    let of = |x: f32, y: f32, most| roughness_samples(&Surface { roughness: Vec2::new(x, y), ..Surface::default() }, most);
+    let of = |x: f32, y: f32, most| {
+        roughness_samples(&Surface { roughness: Vec2::new(x, y), ..Surface::default() }, most)
+    };
     assert_eq!([0.0, 0.09, 0.11, 0.5, 0.89, 0.91, 1.0].map(|r| of(r, 0.0, 100)), [1, 1, 2, 4, 5, 6, 6]);
     assert_eq!(of(0.0, 1.0, 100), 6, "the larger of the two");
     assert_eq!(of(1.0, 1.0, 4), 4, "at most spp");

@@ -45,7 +45,8 @@ impl Structure for CpuVoxels {
 
     fn start(&self, point: Vec3, face: Vec3, side: Vec3) -> Vec3 {
         let a = face.abs();
-        let height = if self.grid.grid.elevation == 0 { 0.5 * (a.element_sum() + a.max_element()) } else { 1.0 };
+        let height =
+            if self.grid.grid.elevation == 0 { 0.5 * (a.element_sum() + a.max_element()) } else { 1.0 };
         point + self.grid.grid.voxel_size * height * side
     }
 

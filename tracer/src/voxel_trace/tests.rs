@@ -3,4 +3,5 @@
 
 mod closed_forms;
 mod fixture;
+mod sheets;
 mod twin;

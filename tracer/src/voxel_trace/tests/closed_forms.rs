@@ -41,7 +41,10 @@ fn direct(spp: u32) -> PathSettings {
 fn assert_everywhere(traced: &Traced, lobe: usize, wanted: f64) {
     for (index, texel) in traced.lobes[lobe].iter().enumerate() {
         for value in &texel[..3] {
-            assert!((f64::from(*value) - wanted).abs() <= 1.1e-3 * wanted, "pixel {index}: {value}, not {wanted}");
+            assert!(
+                (f64::from(*value) - wanted).abs() <= 1.1e-3 * wanted,
+                "pixel {index}: {value}, not {wanted}"
+            );
         }
     }
 }
@@ -83,7 +86,10 @@ fn a_closed_furnace_glows_as_the_geometric_series() {
         let (mean, error) = traced.mean(0);
         println!("albedo {albedo}: {mean} +- {error}, wanted {wanted}");
         // Before roulette sets in nothing is random but directions, and they all see the same.
-        assert!((mean - wanted).abs() <= 3.0 * error + 1e-3 * wanted, "albedo {albedo}: {mean} +- {error}, not {wanted}");
+        assert!(
+            (mean - wanted).abs() <= 3.0 * error + 1e-3 * wanted,
+            "albedo {albedo}: {mean} +- {error}, not {wanted}"
+        );
         assert!(error < 0.02 * wanted, "a test that could not fail: {error}");
         assert_everywhere(&traced, 1, 0.0);
     }
@@ -160,7 +166,10 @@ fn white_metal_in_a_white_furnace_returns_what_the_table_says() {
         let (table, _) = statistics(expected(&fixture, &texels));
         println!("roughness {roughness}: {mean} +- {error}, table {table}");
         // The table is bilinear and in half floats, and the adapter may cut off the light's last bit.
-        assert!((mean - table).abs() <= 3.0 * error + 3e-3, "roughness {roughness}: {mean} +- {error}, not {table}");
+        assert!(
+            (mean - table).abs() <= 3.0 * error + 3e-3,
+            "roughness {roughness}: {mean} +- {error}, not {table}"
+        );
         assert_everywhere(&traced, 0, 0.0);
     }
 }

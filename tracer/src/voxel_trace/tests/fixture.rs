@@ -208,8 +208,13 @@ impl Fixture {
         settings: &PathSettings,
     ) -> (Vec<Pixel>, Tally) {
         let uniform = self.frame.uniform();
-        let world =
-            CpuWorld { frame: &uniform, structure: voxels, sky: &self.sky, lights: &self.lights, table: &self.table };
+        let world = CpuWorld {
+            frame: &uniform,
+            structure: voxels,
+            sky: &self.sky,
+            lights: &self.lights,
+            table: &self.table,
+        };
         let params = PathParams {
             sample: 0,
             samples: settings.spp,
@@ -291,7 +296,8 @@ impl Fixture {
     ) -> Texture {
         let [width, height] = texels.size();
         let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-        let texture = self.gpu.texture(Room::GBuffer, "channel", [width, height, 1], 1, format, usage).unwrap();
+        let texture =
+            self.gpu.texture(Room::GBuffer, "channel", [width, height, 1], 1, format, usage).unwrap();
         let values: Vec<T> = texels.texels().iter().map(of).collect();
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
