@@ -3,6 +3,10 @@
 
 const BRDF_PI = 3.14159265358979323846;
 const BRDF_TABLE_SIZE = 32u;
+
+// Rows of (A, B) as pairs of half floats, four to an element.
+@group(1) @binding(14) var<uniform> brdf_table: array<vec4u, 256>;
+
 const BRDF_DELTA_ALPHA = 1e-3;          // a lobe narrower than this is a mirror
 const BRDF_LEAST_MODULATOR = 0.0009765625; // 2^-10
 const BRDF_LEAST_COSINE = 1e-6;         // directions closer to the horizon count as below it
@@ -130,31 +134,36 @@ fn brdf_facet(s: Surface, cosine: f32, inside: bool) -> BrdfFacet {
 // ---- modulators ----
 
 // A and B of E_s = F0 A + F90 B: x is sqrt(mu), y the square root of the two alphas' root mean square.
-fn brdf_table_lookup(table: texture_2d<f32>, mu: f32, alpha_t: f32, alpha_b: f32) -> vec2f {
+fn brdf_table_texel(x: u32, y: u32) -> vec2f {
+  let i = y * BRDF_TABLE_SIZE + x;
+  return unpack2x16float(brdf_table[i >> 2u][i & 3u]);
+}
+
+fn brdf_table_lookup(mu: f32, alpha_t: f32, alpha_b: f32) -> vec2f {
   let last = f32(BRDF_TABLE_SIZE - 1u);
   let alpha = sqrt(0.5 * (alpha_t * alpha_t + alpha_b * alpha_b));
   let p = sqrt(clamp(vec2f(mu, alpha), vec2f(0.0), vec2f(1.0))) * last;
   let low = min(floor(p), vec2f(last - 1.0));
   let w = p - low;
   let i = vec2u(low);
-  let row_0 = mix(textureLoad(table, i, 0).rg, textureLoad(table, i + vec2u(1u, 0u), 0).rg, w.x);
-  let row_1 = mix(textureLoad(table, i + vec2u(0u, 1u), 0).rg, textureLoad(table, i + vec2u(1u, 1u), 0).rg, w.x);
+  let row_0 = mix(brdf_table_texel(i.x, i.y), brdf_table_texel(i.x + 1u, i.y), w.x);
+  let row_1 = mix(brdf_table_texel(i.x, i.y + 1u), brdf_table_texel(i.x + 1u, i.y + 1u), w.x);
   return mix(row_0, row_1, w.y);
 }
 
 // Directional reflectance of all that reflects, with Schlick's Fresnel.
-fn brdf_reflectance(s: Surface, mu: f32, table: texture_2d<f32>) -> vec3f {
+fn brdf_reflectance(s: Surface, mu: f32) -> vec3f {
   let alpha = s.roughness * s.roughness;
-  let scale = brdf_table_lookup(table, mu, alpha.x, alpha.y);
+  let scale = brdf_table_lookup(mu, alpha.x, alpha.y);
   let f0 = mix(vec3f(s.f0), s.base, s.metalness);
   let f90 = mix(brdf_f90(s.f0), 1.0, s.metalness);
   return f0 * scale.x + vec3f(f90 * scale.y);
 }
 
-fn brdf_modulators(s: Surface, mu: f32, table: texture_2d<f32>) -> BrdfModulators {
+fn brdf_modulators(s: Surface, mu: f32) -> BrdfModulators {
   var specular = vec3f(0.0);
   if (brdf_has_specular(s)) {
-    let e = brdf_reflectance(s, mu, table);
+    let e = brdf_reflectance(s, mu);
     specular = e + (1.0 - s.metalness) * s.transmission * s.base * (1.0 - e);
   }
   return BrdfModulators(brdf_diffuse_albedo(s), max(specular, vec3f(BRDF_LEAST_MODULATOR)));

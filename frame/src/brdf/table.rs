@@ -7,9 +7,11 @@
 //!
 //! Two alphas enter as their root mean square, which is off by at most 0.035 where the geometric mean is off by 0.4
 //! (alphas 0.05 and 1, seen straight on).
+//!
+//! Shaders read it from a uniform: its 4 KiB fit there, and the path kernels' textures stay few.
 
 use super::reference::{sample_normal, shadowing};
-use crate::{Gpu, GpuError, Room, Texture};
+use crate::{Buffer, Gpu, GpuError, Room};
 use glam::{DVec2, DVec3};
 use half::f16;
 
@@ -42,22 +44,16 @@ impl BrdfTable {
         Self { texels: (0..SIZE * SIZE).map(texel).collect() }
     }
 
-    /// As the `rg16float` texture that `brdf_modulators` takes.
+    /// As the uniform `brdf_table` of [`super::WGSL`].
     ///
     /// # Errors
     /// Out of memory.
-    pub fn upload(&self, gpu: &Gpu) -> Result<Texture, GpuError> {
-        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
-        let format = wgpu::TextureFormat::Rg16Float;
-        let texture = gpu.texture(Room::Frame, "BrdfTable", [Self::SIZE, Self::SIZE, 1], 1, format, usage)?;
+    pub fn upload(&self, gpu: &Gpu) -> Result<Buffer, GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(&self.texels);
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(bytes.len() as u32 / Self::SIZE),
-            rows_per_image: None,
-        };
-        gpu.queue.write_texture(texture.as_image_copy(), bytes, layout, texture.size());
-        Ok(texture)
+        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        let buffer = gpu.buffer(Room::Scene, "BrdfTable", bytes.len() as u64, usage)?;
+        gpu.queue.write_buffer(&buffer, 0, bytes);
+        Ok(buffer)
     }
 
     /// `(A, B)` at the cosine `mu` to the viewer; bilinear, as `brdf_table_lookup`.

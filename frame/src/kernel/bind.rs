@@ -77,6 +77,11 @@ impl Bind {
         Self::new(group, binding, name, BindKind::Uniform).of::<T>()
     }
 
+    /// A uniform array of vectors.
+    pub const fn uniform_array(group: u32, binding: u32, name: &'static str) -> Self {
+        Self::new(group, binding, name, BindKind::Uniform)
+    }
+
     /// A read-only storage buffer.
     pub const fn storage_read(group: u32, binding: u32, name: &'static str) -> Self {
         Self::new(group, binding, name, BindKind::StorageRead)

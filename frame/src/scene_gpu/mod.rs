@@ -8,7 +8,7 @@
 //! | 0, 1, 20 | `mesh_vertices`, `mesh_triangles`, `mesh_previous` | [`MESH_WGSL`] |
 //! | 2, 3 to 12 | `materials`, `textures_{srgb,linear}_{128..2048}` | [`MATERIAL_WGSL`] |
 //! | 13 | `sky_map` | [`SKY_WGSL`] |
-//! | 14 | `brdf_table` | [`BRDF_TABLE_WGSL`] |
+//! | 14 | `brdf_table` | [`crate::brdf::WGSL`] |
 //! | 15 | `lights` | [`LIGHT_WGSL`] |
 //!
 //! (16 to 18 are the voxel grid's.) Emission, sky and lights are stored times [`GpuScene::radiance_scale`].
@@ -38,10 +38,8 @@ use glam::Vec3;
 use scene::{Aabb, Geometry, Scene, SceneNeeds};
 use wgpu::BindingResource;
 
-/// Declares `brdf_table`, the argument of `brdf_table_lookup`.
-pub const BRDF_TABLE_WGSL: &str = "@group(1) @binding(14) var brdf_table: texture_2d<f32>;";
 /// The table.
-pub const BRDF_TABLE_BIND: Bind = Bind::texture(1, 14, "brdf_table");
+pub const BRDF_TABLE_BIND: Bind = Bind::uniform_array(1, 14, "brdf_table");
 
 /// Texture bytes where nobody says otherwise: 97 textures of 1024 texels a side with their mips.
 const TEXTURE_BUDGET_BYTES: u64 = 512_000_000;
@@ -102,7 +100,7 @@ pub struct GpuScene {
     /// Radiance by direction.
     pub sky: Texture,
     /// [`BrdfTable`].
-    pub brdf_table: Texture,
+    pub brdf_table: Buffer,
     /// Array of [`Light`], the sun first.
     pub lights: Buffer,
     /// How many of them count: an empty list still has one element.

@@ -135,8 +135,8 @@ struct Sized {
     sums: Buffer,
     sample_counts: Buffer,
     counters: Buffer,
-    /// Workgroups of the next dispatch: x is 0 unless a path is alive. Two, one read while the other is written.
-    alive: [Buffer; 2],
+    /// One word: 0 where the last dispatch left no path alive.
+    any_alive: Buffer,
     light: RadianceImage,
     /// Bound in place of an absent specular lobe; one texel, stores outside of it go nowhere.
     no_specular: Texture,
@@ -156,7 +156,6 @@ impl Kernels {
             info::WGSL,
             surface::WGSL,
             brdf::WGSL,
-            scene_gpu::BRDF_TABLE_WGSL,
             noise::WGSL,
             scene_gpu::LIGHT_WGSL,
             lights::WGSL,
@@ -200,7 +199,7 @@ impl Kernels {
         let mut bindings = of_frame.to_vec();
         bindings.extend([scene_gpu::SKY_BIND, table, lights]);
         bindings.extend(structure.binds);
-        bindings.extend([paths, sums, counters, Bind::storage(1, 34, "alive_groups")]);
+        bindings.extend([paths, sums, counters, Bind::storage(1, 34, "any_alive")]);
         let segment = kernel("path_segment", &sources(&[PATH_WGSL, SEGMENT_WGSL]), &bindings, &constants)?;
 
         let bindings = [
@@ -237,13 +236,6 @@ impl Paths {
         }
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-        let groups = [size[0].div_ceil(8), size[1].div_ceil(8), 1];
-        let alive = || {
-            let usage = usage | wgpu::BufferUsages::INDIRECT;
-            let buffer = gpu.buffer(Room::Radiance, "Paths::alive", 12, usage)?;
-            gpu.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(&groups));
-            Ok::<_, GpuError>(buffer)
-        };
         // What was there goes first, so that the two sizes never stand side by side.
         self.sized = None;
         self.sized = Some(Sized {
@@ -251,7 +243,7 @@ impl Paths {
             sums: gpu.buffer(Room::Radiance, "Paths::sums", 32 * pixels, usage)?,
             sample_counts: gpu.buffer(Room::Radiance, "Paths::sample_counts", 4 * pixels, usage)?,
             counters: gpu.buffer(Room::Radiance, "Paths::counters", 40, usage)?,
-            alive: [alive()?, alive()?],
+            any_alive: gpu.buffer(Room::Radiance, "Paths::any_alive", 4, usage)?,
             light: RadianceImage::new(gpu, size, scene.needs.specular)?,
             no_specular: RadianceImage::lobe(gpu, "Paths::no_specular", [1, 1])?,
             size,
@@ -312,7 +304,7 @@ impl Paths {
                 let mut resources = vec![
                     uniform.binding(),
                     of_dispatch.binding(),
-                    wgpu::BindingResource::TextureView(scene.brdf_table.view()),
+                    scene.brdf_table.as_entire_binding(),
                     scene.lights.as_entire_binding(),
                 ];
                 resources.extend_from_slice(structure);
@@ -332,7 +324,7 @@ impl Paths {
                     uniform.binding(),
                     of_dispatch.binding(),
                     wgpu::BindingResource::TextureView(scene.sky.view()),
-                    wgpu::BindingResource::TextureView(scene.brdf_table.view()),
+                    scene.brdf_table.as_entire_binding(),
                     scene.lights.as_entire_binding(),
                 ];
                 resources.extend_from_slice(structure);
@@ -343,15 +335,12 @@ impl Paths {
                 ]);
                 // A sheet passed at the first hit uses up no bounce: such a path has one segment more.
                 let most = bounces + u32::from(scene.needs.transmission);
-                // What a dispatch left alive decides how large the next one is: nothing, once all paths have ended.
-                for round in 0..most.div_ceil(segments) as usize {
-                    let (before, after) = (&sized.alive[(round + 1) % 2], &sized.alive[round % 2]);
-                    recorder.clear_words(after, 0..1);
-                    let mut resources = resources.clone();
-                    resources.push(after.as_entire_binding());
-                    match round {
-                        0 => recorder.compute(&segment, &kernels.segment, &resources, groups),
-                        _ => recorder.compute_indirect(&segment, &kernels.segment, &resources, before, 0),
+                resources.push(sized.any_alive.as_entire_binding());
+                for round in 0..most.div_ceil(segments) {
+                    recorder.clear(&sized.any_alive);
+                    recorder.compute(&segment, &kernels.segment, &resources, groups);
+                    if settings.bounces.is_none() && round > 0 && none_alive(recorder, &sized.any_alive) {
+                        break;
                     }
                 }
                 recorder.progress((sample + 1) as f32 / settings.spp as f32);
@@ -377,6 +366,13 @@ impl Paths {
         }
         sized.light.clone()
     }
+}
+
+/// Whether the last dispatch left no path alive. Only asked where paths have no limit: it waits for the dispatch.
+fn none_alive(recorder: &mut Recorder<'_>, any_alive: &Buffer) -> bool {
+    recorder.flush();
+    // Should reading fail, the device is gone, and the frame's end will say so.
+    recorder.gpu().read_buffer::<u32>(any_alive).is_ok_and(|words| words == [0])
 }
 
 const PATH_WGSL: &str = include_str!("path.inc.wgsl");

@@ -1,8 +1,8 @@
 // One segment of every living path: what it meets, the light it finds there, where it goes next. See mod.rs.
 
 @group(0) @binding(1) var<uniform> params: PathParams;
-// Workgroups of the next dispatch; x stays 0 where no path is left alive.
-@group(1) @binding(34) var<storage, read_write> alive_groups: array<atomic<u32>>;
+// Stays 0 where no path is left alive.
+@group(1) @binding(34) var<storage, read_write> any_alive: array<atomic<u32>>;
 
 // Returns the radiance found, demodulated by the path's throughput; the path is advanced or ended.
 fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
@@ -51,7 +51,7 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         }
 
         let m_diffuse = brdf_diffuse_albedo(surface);
-        let m_specular = brdf_modulators(surface, max(dot(surface.normal, wo), 0.0), brdf_table).specular;
+        let m_specular = brdf_modulators(surface, max(dot(surface.normal, wo), 0.0)).specular;
         let q = path_diffuse_probability(m_diffuse, m_specular, brdf_has_specular(surface));
         let more = bounce < params.bounces;
         if (path_lights && more && params.lights > 0u) {
@@ -111,7 +111,7 @@ fn path_segment(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocat
         }
         paths[index] = path;
         if ((path.state & PATH_ALIVE) != 0u) {
-            atomicStore(&alive_groups[0], (frame.trace_size.x + 7u) / 8u);
+            atomicStore(&any_alive[0], 1u);
         }
     }
     path_count(local);

@@ -24,7 +24,7 @@ fn start_path(index: u32, pixel: vec2u, distance: f32) -> Path {
     }
     atomicAdd(&tally[TALLY_PATHS], 1u);
 
-    let m = brdf_modulators(surface, max(dot(surface.normal, wo), 0.0), brdf_table);
+    let m = brdf_modulators(surface, max(dot(surface.normal, wo), 0.0));
     let q = path_diffuse_probability(m.diffuse, m.specular, brdf_has_specular(surface));
     let serial = params.first_sample + params.sample;
 

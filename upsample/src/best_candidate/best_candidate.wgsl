@@ -56,7 +56,8 @@ fn best_candidate(@builtin(global_invocation_id) id: vec3u) {
     let is_searched = distance > 0.0 && !is_same_size;
     let needs_diffuse = is_searched && any(brdf_diffuse_albedo(surface) > vec3f(0.0));
     let needs_specular = is_searched && params.has_specular == 1u && brdf_has_specular(surface);
-    for (var i = 0u; i < params.offset_count; i++) {
+    let most = select(0u, params.offset_count, is_searched);
+    for (var i = 0u; i < most; i++) {
         if ((diffuse.is_accepted || !needs_diffuse) && (specular.is_accepted || !needs_specular)) {
             break;
         }

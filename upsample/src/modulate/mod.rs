@@ -21,11 +21,10 @@ use frame::{Bind, GBuffer, RadianceImage, Uniform, brdf, surface};
 use wgpu::BindingResource;
 
 /// What comes before an upsampler's own shader.
-pub(crate) const SOURCES: [&str; 6] = [
+pub(crate) const SOURCES: [&str; 5] = [
     info::WGSL,
     surface::WGSL,
     brdf::WGSL,
-    scene_gpu::BRDF_TABLE_WGSL,
     scene_gpu::SKY_WGSL,
     include_str!("modulate.inc.wgsl"),
 ];
@@ -57,7 +56,7 @@ pub(crate) fn resources<'a>(
     [
         uniform.binding(),
         View(scene.sky.view()),
-        View(scene.brdf_table.view()),
+        scene.brdf_table.as_entire_binding(),
         View(display.surface.view()),
         View(display.distance.view()),
         View(direct.diffuse.view()),

@@ -41,6 +41,6 @@ fn modulate_pixel(pixel: vec2u, diffuse: vec3f, specular: vec3f, direct_lobes: u
         lobes.specular += textureLoad(direct_specular, pixel, 0).rgb;
     }
     let surface = surface_unpack_gbuffer(textureLoad(display_surface, pixel, 0));
-    let m = brdf_modulators(surface, dot(surface.normal, -direction), brdf_table);
+    let m = brdf_modulators(surface, dot(surface.normal, -direction));
     return modulate_stored(m.diffuse * lobes.diffuse + m.specular * lobes.specular + surface.emission);
 }

@@ -60,7 +60,7 @@ shared_constants! {
     PREFIX_WORD = 17;
     /// A brick cell without a brick.
     EMPTY = 0xffffffff;
-    /// Steps per cell of the longest axis after which a ray is cut: no straight line crosses more cells.
+    /// Most steps of a ray per cell of the longest axis: no straight line crosses more cells.
     STEPS_PER_CELL = 3;
     /// Cells of a brick.
     BRICK_CELLS = 512;

@@ -14,7 +14,6 @@ struct Result {
   modulator_diffuse: vec3f, branch: f32, modulator_specular: vec3f, pad: u32,
 }
 @group(2) @binding(0) var<storage, read> in_cases: array<Case>;
-@group(2) @binding(1) var in_table: texture_2d<f32>;
 @group(3) @binding(0) var<storage, read_write> out_results: array<Result>;
 
 fn drawn(s: BrdfSample) -> Drawn {
@@ -29,7 +28,7 @@ fn sample_and_evaluate(@builtin(global_invocation_id) id: vec3u) {
   let diffuse = brdf_sample_diffuse(s, given.wo, given.u.xy);
   let specular = brdf_sample_specular(s, given.wo, given.u, inside);
   let value = brdf_eval_side(s, given.wo, given.wi, inside);
-  let modulators = brdf_modulators(s, given.mu, in_table);
+  let modulators = brdf_modulators(s, given.mu);
   out_results[id.x] = Result(
     drawn(diffuse), drawn(specular),
     value.diffuse, value.pdf_diffuse, value.specular, value.pdf_specular,
@@ -117,8 +116,8 @@ fn run(gpu: &Gpu, table: &BrdfTable, cases: &[Case]) -> Vec<Found> {
             entry: "sample_and_evaluate",
             workgroup: [64, 1, 1],
             bindings: &[
+                Bind::uniform_array(1, 14, "brdf_table"),
                 Bind::storage_read(2, 0, "in_cases"),
-                Bind::texture(2, 1, "in_table"),
                 Bind::storage(3, 0, "out_results"),
             ],
             constants: &[],
@@ -131,8 +130,8 @@ fn run(gpu: &Gpu, table: &BrdfTable, cases: &[Case]) -> Vec<Found> {
         gpu.storage(Room::Frame, "out_results", &vec![[0u8; size_of::<Found>()]; COUNT]).unwrap();
     let mut recorder = Recorder::new(gpu);
     let resources = [
+        table.as_entire_binding(),
         in_cases.as_entire_binding(),
-        wgpu::BindingResource::TextureView(table.view()),
         out_results.as_entire_binding(),
     ];
     recorder.compute("brdf/tests", &kernel, &resources, [COUNT as u32 / 64, 1, 1]);
