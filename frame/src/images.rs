@@ -3,6 +3,9 @@
 use crate::{Gpu, GpuError, Room, Texture};
 use wgpu::{TextureFormat, TextureUsages};
 
+/// Functions `half_rounded` and `half_is_finite`, for whoever stores into these images.
+pub const HALF_WGSL: &str = include_str!("half.inc.wgsl");
+
 const SAMPLED: TextureUsages = TextureUsages::TEXTURE_BINDING.union(TextureUsages::COPY_SRC);
 
 /// What the camera sees, per pixel: the paper's "same information" that voxels hold, from its gather pass.

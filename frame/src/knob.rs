@@ -138,7 +138,11 @@ impl<'a> Knob<'a> {
                 names.iter().position(|n| *n == text).map(|index| **value = index as u32)
             }
         };
-        fits.ok_or_else(|| KnobError::Value { name: self.name.into(), text: text.into(), allowed: self.allowed() })
+        fits.ok_or_else(|| KnobError::Value {
+            name: self.name.into(),
+            text: text.into(),
+            allowed: self.allowed(),
+        })
     }
 }
 

@@ -20,8 +20,10 @@ pub mod surface;
 #[doc(hidden)]
 pub use bytemuck;
 pub use gpu::{ADAPTER_VARIABLE, Buffer, Gpu, GpuError, Memory, Room, Texture};
-pub use images::{ColorImage, GBuffer, RadianceImage};
+pub use images::{ColorImage, GBuffer, HALF_WGSL, RadianceImage};
 pub use info::FrameInfo;
-pub use kernel::{Bind, BindKind, Field, GpuStruct, Kernel, KernelDesc, KernelError, RasterDesc, RasterKernel};
+pub use kernel::{
+    Bind, BindKind, Field, GpuStruct, Kernel, KernelDesc, KernelError, RasterDesc, RasterKernel,
+};
 pub use knob::{Knob, KnobError, KnobValue, set_knob};
 pub use recorder::{FrameLog, PassLog, RasterTargets, Recorder, Uniform};

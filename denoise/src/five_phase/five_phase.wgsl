@@ -35,7 +35,6 @@ override has_specular: bool = true;
 @group(3) @binding(1) var out_specular: texture_storage_2d<rgba16float, write>;
 
 const RADIUS_MAX = 64;
-const HALF_MAX = 65504.0;
 
 // Weighted sums; lengths only over taps that have one.
 struct LobeSum {
@@ -64,20 +63,11 @@ fn lobe_mean(sum: LobeSum) -> vec4f {
     if (sum.length_weight > 0.0) {
         mean.a = sum.length / sum.length_weight;
     }
-    return lobe_rounded(mean);
-}
-
-// To the nearest half float. Stores may cut the rest off instead (the software adapter's do), and ten passes would then
-// lose 0.3 % of the light.
-fn lobe_rounded(light: vec4f) -> vec4f {
-    let bits = bitcast<vec4u>(light);
-    let nearest = (bits + vec4u(0xfffu) + ((bits >> vec4u(13u)) & vec4u(1u))) & vec4u(0xffffe000u);
-    return min(bitcast<vec4f>(nearest), vec4f(HALF_MAX));
+    return half_rounded(mean);
 }
 
 fn lobe_untouched(light: vec4f) -> vec4f {
-    let is_finite = all((bitcast<vec4u>(light) & vec4u(0x7f800000u)) != vec4u(0x7f800000u));
-    return select(vec4f(0.0), light, is_finite);
+    return select(vec4f(0.0), light, all(half_is_finite(light)));
 }
 
 @compute @workgroup_size(8, 8)

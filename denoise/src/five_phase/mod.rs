@@ -164,7 +164,7 @@ impl FivePhase {
                 gpu,
                 &KernelDesc {
                     name: "denoise/five_phase",
-                    sources: &[surface::WGSL, include_str!("five_phase.wgsl")],
+                    sources: &[surface::WGSL, frame::HALF_WGSL, include_str!("five_phase.wgsl")],
                     entry: "filter_phase",
                     workgroup: WORKGROUP,
                     bindings: &[

@@ -20,7 +20,8 @@ impl<T: Copy> Image<T> {
 
     /// One value per pixel from its coordinates.
     pub fn from_fn(size: [u32; 2], mut value: impl FnMut(u32, u32) -> T) -> Self {
-        let texels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))).map(|(x, y)| value(x, y)).collect();
+        let texels =
+            (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))).map(|(x, y)| value(x, y)).collect();
         Self { size, texels }
     }
 

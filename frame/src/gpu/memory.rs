@@ -117,9 +117,10 @@ pub struct Texture {
 
 impl Texture {
     pub(super) fn new(raw: wgpu::Texture, label: &str, array: bool, entry: Entry) -> Self {
-        let dimension = if array { wgpu::TextureViewDimension::D2Array } else { wgpu::TextureViewDimension::D2 };
-        let view =
-            raw.create_view(&wgpu::TextureViewDescriptor { dimension: Some(dimension), ..Default::default() });
+        let dimension =
+            if array { wgpu::TextureViewDimension::D2Array } else { wgpu::TextureViewDimension::D2 };
+        let view = raw
+            .create_view(&wgpu::TextureViewDescriptor { dimension: Some(dimension), ..Default::default() });
         Self { raw, view, label: label.into(), entry: Arc::new(entry) }
     }
 

@@ -19,7 +19,9 @@ pub const ADAPTER_VARIABLE: &str = "GRIDLIGHT_ADAPTER";
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
     /// No adapter at all, or none whose name contains the one asked for.
-    #[error("no graphics adapter{wanted}; found: {found}. A software one is Mesa's (Debian: mesa-vulkan-drivers)")]
+    #[error(
+        "no graphics adapter{wanted}; found: {found}. A software one is Mesa's (Debian: mesa-vulkan-drivers)"
+    )]
     NoAdapter {
         /// ` named "x"`, or empty.
         wanted: String,
@@ -156,7 +158,13 @@ impl Gpu {
     ///
     /// # Errors
     /// Larger than the device allows, or out of memory.
-    pub fn buffer(&self, room: Room, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> Result<Buffer, GpuError> {
+    pub fn buffer(
+        &self,
+        room: Room,
+        label: &str,
+        bytes: u64,
+        usage: wgpu::BufferUsages,
+    ) -> Result<Buffer, GpuError> {
         // wgpu wants whole words, and a binding of no bytes is refused: an empty list still gets one word.
         let bytes = bytes.max(4).next_multiple_of(4);
         let limits = self.device.limits();
@@ -166,7 +174,13 @@ impl Gpu {
         };
         if bytes > allowed {
             let advice = "lower --grid, the picture size or the scene's size";
-            return Err(GpuError::TooLarge { what: label.into(), needed: bytes, allowed, unit: "bytes", advice });
+            return Err(GpuError::TooLarge {
+                what: label.into(),
+                needed: bytes,
+                allowed,
+                unit: "bytes",
+                advice,
+            });
         }
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let raw = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -185,7 +199,12 @@ impl Gpu {
     ///
     /// # Errors
     /// Larger than the device allows, or out of memory.
-    pub fn storage<T: bytemuck::NoUninit>(&self, room: Room, label: &str, data: &[T]) -> Result<Buffer, GpuError> {
+    pub fn storage<T: bytemuck::NoUninit>(
+        &self,
+        room: Room,
+        label: &str,
+        data: &[T],
+    ) -> Result<Buffer, GpuError> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         let buffer = self.buffer(room, label, bytes.len() as u64, usage)?;
@@ -209,8 +228,11 @@ impl Gpu {
         let limits = self.device.limits();
         let (longest, allowed) = (width.max(height), limits.max_texture_dimension_2d);
         if longest > allowed || layers > limits.max_texture_array_layers {
-            let (needed, allowed) =
-                if longest > allowed { (longest, allowed) } else { (layers, limits.max_texture_array_layers) };
+            let (needed, allowed) = if longest > allowed {
+                (longest, allowed)
+            } else {
+                (layers, limits.max_texture_array_layers)
+            };
             return Err(GpuError::TooLarge {
                 what: label.into(),
                 needed: needed.into(),
@@ -219,7 +241,11 @@ impl Gpu {
                 advice: "lower the picture size",
             });
         }
-        let size = wgpu::Extent3d { width: width.max(1), height: height.max(1), depth_or_array_layers: layers.max(1) };
+        let size = wgpu::Extent3d {
+            width: width.max(1),
+            height: height.max(1),
+            depth_or_array_layers: layers.max(1),
+        };
         let descriptor = wgpu::TextureDescriptor {
             label: Some(label),
             size,

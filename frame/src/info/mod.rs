@@ -91,10 +91,22 @@ impl FrameInfo {
         // The picture moves against the sample point; y of clip space points up, y of jitter down. The view looks
         // along -z, so an offset proportional to w enters the third column with the opposite sign.
         let clip_from_view = Mat4::from_cols_array(&[
-            focal * height / width, 0.0, 0.0, 0.0,
-            0.0, focal, 0.0, 0.0,
-            offset[0], -offset[1], 0.0, -1.0,
-            0.0, 0.0, near, 0.0,
+            focal * height / width,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            focal,
+            0.0,
+            0.0,
+            offset[0],
+            -offset[1],
+            0.0,
+            -1.0,
+            0.0,
+            0.0,
+            near,
+            0.0,
         ]);
         clip_from_view * camera.view_from_world()
     }

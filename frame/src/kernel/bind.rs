@@ -144,7 +144,9 @@ impl Bind {
             BindKind::Uniform => buffer(wgpu::BufferBindingType::Uniform),
             BindKind::StorageRead => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
             BindKind::Storage => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-            BindKind::TextureFloat { array } => texture(wgpu::TextureSampleType::Float { filterable: false }, array),
+            BindKind::TextureFloat { array } => {
+                texture(wgpu::TextureSampleType::Float { filterable: false }, array)
+            }
             BindKind::TextureUint => texture(wgpu::TextureSampleType::Uint, false),
             BindKind::StorageTexture(format) => wgpu::BindingType::StorageTexture {
                 access: wgpu::StorageTextureAccess::WriteOnly,

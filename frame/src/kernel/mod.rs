@@ -189,8 +189,11 @@ impl Layout {
         let group_count = bindings.iter().map(|b| b.group + 1).max().unwrap_or(0);
         let groups: Vec<_> = (0..group_count)
             .map(|group| {
-                let entries: Vec<_> =
-                    bindings.iter().filter(|b| b.group == group).map(|b| b.layout_entry(visibility)).collect();
+                let entries: Vec<_> = bindings
+                    .iter()
+                    .filter(|b| b.group == group)
+                    .map(|b| b.layout_entry(visibility))
+                    .collect();
                 gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                     label: Some(name),
                     entries: &entries,

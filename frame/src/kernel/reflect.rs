@@ -15,7 +15,8 @@ pub(super) fn check(
     let shader = |message: String| KernelError::Shader { kernel: kernel.into(), message };
     let module = naga::front::wgsl::parse_str(source).map_err(|e| shader(e.emit_to_string(source)))?;
     // Packed half floats (`pack2x16float`) are core WebGPU; naga asks for them because GLES 3.0 lacks them.
-    let capabilities = naga::valid::Capabilities::default() | naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+    let capabilities =
+        naga::valid::Capabilities::default() | naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32;
     let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
         .validate(&module)
         .map_err(|e| shader(e.emit_to_string(source)))?;
@@ -108,7 +109,11 @@ fn storage_format(format: naga::StorageFormat) -> Option<wgpu::TextureFormat> {
 }
 
 /// The first field that differs, as (what, Rust's offset, WGSL's offset).
-fn structure(module: &naga::Module, global: &naga::GlobalVariable, bind: &Bind) -> Option<(String, String, String)> {
+fn structure(
+    module: &naga::Module,
+    global: &naga::GlobalVariable,
+    bind: &Bind,
+) -> Option<(String, String, String)> {
     let declared = bind.structure?;
     let mut ty = global.ty;
     let mut stride = None;

@@ -71,8 +71,12 @@ fn every_mismatch_is_named() {
 fn a_moved_field_is_named() {
     let moved = SOURCE.replace("size: vec2u, scale: f32", "scale: f32, size: vec2u");
     let bindings = [Bind::uniform::<Params>(0, 0, "params"), Bind::storage(3, 0, "out_words")];
-    let message = reflect::check("test", &moved, &["run"], Some([8, 8, 1]), &bindings).unwrap_err().to_string();
-    assert!(message.contains("Params.size: Rust says size at offset 0, WGSL says scale at offset 0"), "{message}");
+    let message =
+        reflect::check("test", &moved, &["run"], Some([8, 8, 1]), &bindings).unwrap_err().to_string();
+    assert!(
+        message.contains("Params.size: Rust says size at offset 0, WGSL says scale at offset 0"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -248,7 +248,8 @@ impl<'g> Recorder<'g> {
         if let Some(earlier) = self.in_flight.replace(submitted) {
             let wait = wgpu::PollType::Wait { submission_index: Some(earlier), timeout: None };
             if let Err(e) = self.gpu.device.poll(wait) {
-                self.failed.get_or_insert(GpuError::ReadBack { what: "a submit".into(), message: e.to_string() });
+                self.failed
+                    .get_or_insert(GpuError::ReadBack { what: "a submit".into(), message: e.to_string() });
             }
         }
     }
@@ -259,7 +260,8 @@ impl<'g> Recorder<'g> {
     /// The device was lost or ran out of memory on the way.
     pub fn finish(mut self) -> Result<FrameLog, GpuError> {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging = self.gpu.buffer(Room::Frame, "Recorder::counters", 8 * self.counters.len() as u64, usage)?;
+        let staging =
+            self.gpu.buffer(Room::Frame, "Recorder::counters", 8 * self.counters.len() as u64, usage)?;
         for (slot, (_, buffer, offset)) in (0u64..).zip(&self.counters) {
             self.encoder.copy_buffer_to_buffer(buffer, *offset, &staging, 8 * slot, 8);
         }
@@ -270,7 +272,8 @@ impl<'g> Recorder<'g> {
         let words: Vec<u64> = bytemuck::pod_collect_to_vec(
             &self.gpu.map(&staging, "Recorder::counters")?[..8 * self.counters.len()],
         );
-        let mut log = FrameLog { passes: self.timer.read(self.gpu)?, outputs: self.outputs, ..Default::default() };
+        let mut log =
+            FrameLog { passes: self.timer.read(self.gpu)?, outputs: self.outputs, ..Default::default() };
         for ((name, ..), word) in self.counters.into_iter().zip(words) {
             *log.counts.entry(name).or_default() += word as f64;
         }

@@ -87,7 +87,8 @@ fn memory_is_what_lives() {
 fn too_large_says_both_values() {
     let gpu = gpu();
     let bytes = (128 << 20) + 4;
-    let message = gpu.buffer(Room::Voxels, "grid", bytes, wgpu::BufferUsages::STORAGE).err().unwrap().to_string();
+    let message =
+        gpu.buffer(Room::Voxels, "grid", bytes, wgpu::BufferUsages::STORAGE).err().unwrap().to_string();
     assert!(message.contains("grid needs 134217732 bytes, the adapter allows 134217728"), "{message}");
 }
 

@@ -113,7 +113,9 @@ impl Timer {
                 if name == MARK {
                     continue;
                 }
-                let ms = gpu.timestamp_period.map(|ns| pair[1].saturating_sub(begin) as f64 * f64::from(ns) * 1e-6);
+                let ms = gpu
+                    .timestamp_period
+                    .map(|ns| pair[1].saturating_sub(begin) as f64 * f64::from(ns) * 1e-6);
                 match passes.iter_mut().find(|p| p.name == name) {
                     Some(p) => {
                         p.gpu_ms = p.gpu_ms.zip(ms).map(|(a, b)| a + b);

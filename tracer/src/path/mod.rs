@@ -211,7 +211,7 @@ impl Kernels {
             Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
             Bind::storage_texture(3, 2, "out_samples", TextureFormat::R32Uint),
         ];
-        let resolve = kernel("path_resolve", &[info::WGSL, RESOLVE_WGSL], &bindings, &[])?;
+        let resolve = kernel("path_resolve", &[info::WGSL, frame::HALF_WGSL, RESOLVE_WGSL], &bindings, &[])?;
         Ok(Self { start, segment, resolve })
     }
 }

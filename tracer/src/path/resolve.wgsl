@@ -6,19 +6,15 @@
 @group(3) @binding(1) var out_specular: texture_storage_2d<rgba16float, write>;
 @group(3) @binding(2) var out_samples: texture_storage_2d<r32uint, write>;
 
-const RESOLVE_LARGEST = 65504.0;
 // Pair of words after the tally's.
 const RESOLVE_CLAMPED = 8u;
 
 fn resolve_lobe(sum: vec4f, paths_of_pixel: u32, paths_of_lobe: u32) -> vec4f {
-    let mean = sum.rgb / f32(max(paths_of_pixel, 1u));
-    // Not below infinity, by its bits: neither a comparison nor a minimum is sure to see a NaN.
-    let strange = (bitcast<vec3u>(mean) & vec3u(0x7f800000u)) == vec3u(0x7f800000u);
-    if (any(strange) || any(mean > vec3f(RESOLVE_LARGEST))) {
+    let mean = vec4f(sum.rgb / f32(max(paths_of_pixel, 1u)), sum.a / f32(max(paths_of_lobe, 1u)));
+    if (!all(half_is_finite(mean)) || any(mean > vec4f(HALF_LARGEST))) {
         atomicAdd(&counters[RESOLVE_CLAMPED], 1u);
     }
-    let kept = min(select(mean, vec3f(0.0), strange), vec3f(RESOLVE_LARGEST));
-    return vec4f(kept, min(sum.a / f32(max(paths_of_lobe, 1u)), RESOLVE_LARGEST));
+    return half_rounded(mean);
 }
 
 @compute @workgroup_size(8, 8)

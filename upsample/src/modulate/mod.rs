@@ -21,10 +21,11 @@ use frame::{Bind, GBuffer, RadianceImage, Uniform, brdf, surface};
 use wgpu::BindingResource;
 
 /// What comes before an upsampler's own shader.
-pub(crate) const SOURCES: [&str; 5] = [
+pub(crate) const SOURCES: [&str; 6] = [
     info::WGSL,
     surface::WGSL,
     brdf::WGSL,
+    frame::HALF_WGSL,
     scene_gpu::SKY_WGSL,
     include_str!("modulate.inc.wgsl"),
 ];

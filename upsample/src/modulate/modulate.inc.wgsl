@@ -8,16 +8,6 @@
 @group(2) @binding(4) var light_diffuse: texture_2d<f32>;
 @group(2) @binding(5) var light_specular: texture_2d<f32>;
 
-// The nearest half float, since stores may cut the rest off; not finite becomes 0. The exponent's bits cannot be folded
-// away as a comparison may be.
-fn modulate_stored(color: vec3f) -> vec4f {
-    let bits = bitcast<vec3u>(color);
-    let is_finite = (bits & vec3u(0x7f800000u)) != vec3u(0x7f800000u);
-    let nearest = (bits + vec3u(0xfffu) + ((bits >> vec3u(13u)) & vec3u(1u))) & vec3u(0xffffe000u);
-    let stored = bitcast<vec3f>(select(vec3u(0u), nearest, is_finite));
-    return vec4f(min(stored, vec3f(65504.0)), 1.0);
-}
-
 // The trace pixel under the centre of a display pixel, in integers.
 fn modulate_trace_pixel(pixel: vec2u) -> vec2u {
     return (2u * pixel + 1u) * frame.trace_size / (2u * frame.display_size);
@@ -31,7 +21,7 @@ fn modulate_view_direction(pixel: vec2u) -> vec3f {
 fn modulate_pixel(pixel: vec2u, diffuse: vec3f, specular: vec3f, direct_lobes: u32) -> vec4f {
     let direction = modulate_view_direction(pixel);
     if (!(textureLoad(display_distance, pixel, 0).r > 0.0)) {
-        return modulate_stored(sky_radiance(direction));
+        return half_rounded(vec4f(sky_radiance(direction), 1.0));
     }
     var lobes = BrdfModulators(diffuse, specular);
     if (direct_lobes > 0u) {
@@ -42,5 +32,6 @@ fn modulate_pixel(pixel: vec2u, diffuse: vec3f, specular: vec3f, direct_lobes: u
     }
     let surface = surface_unpack_gbuffer(textureLoad(display_surface, pixel, 0));
     let m = brdf_modulators(surface, dot(surface.normal, -direction));
-    return modulate_stored(m.diffuse * lobes.diffuse + m.specular * lobes.specular + surface.emission);
+    let color = m.diffuse * lobes.diffuse + m.specular * lobes.specular + surface.emission;
+    return half_rounded(vec4f(color, 1.0));
 }

@@ -129,11 +129,8 @@ fn run(gpu: &Gpu, table: &BrdfTable, cases: &[Case]) -> Vec<Found> {
     let out_results =
         gpu.storage(Room::Frame, "out_results", &vec![[0u8; size_of::<Found>()]; COUNT]).unwrap();
     let mut recorder = Recorder::new(gpu);
-    let resources = [
-        table.as_entire_binding(),
-        in_cases.as_entire_binding(),
-        out_results.as_entire_binding(),
-    ];
+    let resources =
+        [table.as_entire_binding(), in_cases.as_entire_binding(), out_results.as_entire_binding()];
     recorder.compute("brdf/tests", &kernel, &resources, [COUNT as u32 / 64, 1, 1]);
     recorder.finish().unwrap();
     gpu.read_buffer(&out_results).unwrap()
