@@ -1,6 +1,6 @@
 //! Does every real scene render, and every broken file end in one clear error? Needs the shared folder.
 
-use crate::support::{render_with, shared};
+use crate::support::{frame_of, pipeline, shared};
 use gridlight::RenderSettings;
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,8 @@ fn every_real_scene_renders() {
             spp: 2,
             ..Default::default()
         };
-        let (picture, rendered, pipeline) = render_with(&settings);
+        let mut pipeline = pipeline(&settings);
+        let (picture, rendered) = frame_of(&mut pipeline);
         let strange = picture.texels().iter().flatten().filter(|v| !v.is_finite() || **v < 0.0).count();
         let lit = picture.texels().iter().filter(|p| p.iter().any(|v| *v > 1e-4)).count();
         let distances: Vec<f32> = pipeline.gpu().read_texture(&rendered.trace.distance).expect("a read-back");

@@ -14,28 +14,28 @@ pub fn gpu() -> Gpu {
     Gpu::new(None).expect("this test needs a graphics adapter; `cargo xtask test` installs a software one")
 }
 
-/// One frame, read back, with what else it made.
-pub fn render_with(settings: &RenderSettings) -> (Picture, Rendered, Pipeline) {
-    let pipeline = Pipeline::new(gpu(), settings, Progress::default());
-    render_pipeline(pipeline.unwrap_or_else(|e| panic!("{}: {e}", settings.scene)), settings)
+/// Everything made ready for these settings.
+pub fn pipeline(settings: &RenderSettings) -> Pipeline {
+    Pipeline::new(gpu(), settings, Progress::default()).unwrap_or_else(|e| panic!("{}: {e}", settings.scene))
 }
 
-/// One frame of a scene made by the test.
-pub fn render_scene(scene: scene::Scene, settings: &RenderSettings) -> Picture {
-    let pipeline = Pipeline::of_scene(gpu(), scene, settings, Progress::default());
-    render_pipeline(pipeline.unwrap_or_else(|e| panic!("{}: {e}", settings.scene)), settings).0
+/// The same for a scene made by the test.
+pub fn pipeline_of(scene: scene::Scene, settings: &RenderSettings) -> Pipeline {
+    let name = scene.name.clone();
+    Pipeline::of_scene(gpu(), scene, settings, Progress::default()).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-fn render_pipeline(mut pipeline: Pipeline, settings: &RenderSettings) -> (Picture, Rendered, Pipeline) {
-    let rendered = pipeline.render().unwrap_or_else(|e| panic!("{}: {e}", settings.scene));
+/// The next frame, read back, with what else it made.
+pub fn frame_of(pipeline: &mut Pipeline) -> (Picture, Rendered) {
+    let rendered = pipeline.render().unwrap_or_else(|e| panic!("{}: {e}", pipeline.scene().name));
     let picture = output::color(pipeline.gpu(), &rendered.color, rendered.frame.radiance_scale)
-        .unwrap_or_else(|e| panic!("{}: {e}", settings.scene));
-    (picture, rendered, pipeline)
+        .unwrap_or_else(|e| panic!("{}: {e}", pipeline.scene().name));
+    (picture, rendered)
 }
 
-/// One frame, read back.
+/// The first frame, read back.
 pub fn render(settings: &RenderSettings) -> Picture {
-    render_with(settings).0
+    frame_of(&mut pipeline(settings)).0
 }
 
 /// An EXR with channels R, G, B. A missing file fails.
