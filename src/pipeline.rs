@@ -261,6 +261,7 @@ impl Pipeline {
             Preset::Default => &[],
             Preset::Paper => &[
                 ("voxel", "elevation", "voxel"),
+                ("voxel", "axes", "dominant"),
                 ("tracer", "samples", "roughness"),
                 ("best_candidate", "plane_test", "off"),
             ],

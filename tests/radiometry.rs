@@ -4,9 +4,9 @@
 //! finer along each axis, and averaged. (Through 64 x 64 centres the lamp alone, half of the light in the picture, is off
 //! by 7 %.)
 
-use crate::support::{Picture, excess_rel_mse, frame_of, mean, pipeline, reference};
+use crate::support::{Picture, excess_rel_mse, frame_of, mean, pipeline, read_exr, reference, shared};
 use gridlight::RenderSettings;
-use gridlight::settings::{Preset, View};
+use gridlight::settings::{Case, Preset, View};
 
 /// Along each axis.
 const FINER: u32 = 4;
@@ -64,5 +64,41 @@ fn cornell_converges_to_the_reference_as_voxels_shrink() {
         assert!(mean_256 < mean_64, "{name}: a finer grid is no better");
         // The noise that is left in the two halves moves the figure by 0.003.
         assert!(excess_256 < excess_64 + 0.003, "{name}: excess relMSE {excess_64} became {excess_256}");
+    }
+}
+
+#[test]
+fn shared_cases_converge_as_voxels_shrink() {
+    let Some(truth) = shared("truth") else { return };
+    // Bounds on a channel's mean and on the excess error: what voxels of 256 may cost, by the project's own measure.
+    for (name, most_of_mean, most_excess) in
+        [("cornell_256_b4", 0.05, 0.03), ("sponza_day_lambert", 0.08, f64::INFINITY)]
+    {
+        let expected = read_exr(&truth.join(format!("{name}.exr")));
+        let standard_error = read_exr(&truth.join(format!("{name}.stderr.exr")));
+        let error = |grid| {
+            let mut settings = RenderSettings {
+                grid,
+                denoiser: "identity".into(),
+                upsampler: "nearest".into(),
+                preset: Preset::Gltf,
+                spp: 128,
+                ..Default::default()
+            };
+            Case::find_in(&truth, name).unwrap().apply(&mut settings);
+            let mut pipeline = pipeline(&settings);
+            let ours = [0, 1].map(|_| frame_of(&mut pipeline).0);
+            let [a, b, r] = [&ours[0], &ours[1], &expected].map(mean);
+            let of_mean = (0..3).map(|c| (0.5 * (a[c] + b[c]) / r[c] - 1.0).abs()).fold(0.0, f64::max);
+            let excess = excess_rel_mse([&ours[0], &ours[1]], &expected, &standard_error);
+            println!(
+                "{name} at grid {grid}: means off by {:.2} %, excess relMSE {excess:.4}",
+                100.0 * of_mean
+            );
+            (of_mean, excess)
+        };
+        let ((mean_64, excess_64), (mean_256, excess_256)) = (error(64), error(256));
+        assert!(mean_256 < most_of_mean && excess_256 < most_excess, "{name}: {mean_256}, {excess_256}");
+        assert!(mean_256 < mean_64 && excess_256 < excess_64, "{name}: a finer grid is no better");
     }
 }
