@@ -1,6 +1,6 @@
 //! What travels between passes, and what runs them.
 //!
-//! [`Gpu`] is the device, [`Kernel`] a checked shader, [`Recorder`] one frame being recorded, [`World`] the scene
+//! [`Gpu`] is the device, [`Kernel`] a checked shader, [`Recorder`] one frame being recorded, [`scene_gpu`] the scene
 //! uploaded; the rest is the data contract: [`surface`], [`brdf`], [`GBuffer`], [`RadianceImage`], [`FrameInfo`].
 
 // The macro `gpu_struct!` names this crate by the name its users give it.
