@@ -19,9 +19,9 @@ pub fn run() -> Result<(), Failure> {
     run::run(&mut cargo(["build"]))?;
     system::adapter(false)?;
     let mut count = TestCount::default();
-    count.add(&run::tests(&mut cargo(["test"]))?);
+    count.add(&run::tests(&mut cargo(["test", "--no-fail-fast"]))?);
     say("the window");
-    count.add(&run::tests(&mut cargo(["test", "--package", "gridlight-viewer"]))?);
+    count.add(&run::tests(&mut cargo(["test", "--no-fail-fast", "--package", "gridlight-viewer"]))?);
     run::run(&mut cargo(["build", "--package", "gridlight-viewer"]))?;
     window()?;
     say(&format!("all passed; tests: {count}"));

@@ -69,7 +69,7 @@ fn test(shared: bool) -> Result<(), Failure> {
     say("building");
     run::run(&mut cargo(["build"]))?;
     system::adapter(false)?;
-    let mut command = cargo(["test"]);
+    let mut command = cargo(["test", "--no-fail-fast"]);
     if shared {
         command.env("GRIDLIGHT_SHARED", "1");
     }

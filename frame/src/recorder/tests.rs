@@ -128,20 +128,24 @@ fn the_time_of_a_pass_is_that_of_its_work() {
     )
     .unwrap();
     let totals = gpu.storage(Room::Frame, "totals", &[1u32; 1 << 16]).unwrap();
-    // The first run compiles; then a pass with 50 times the work of its neighbours.
-    let mut log = None;
-    for _ in 0..2 {
+    // A pass with 50 times the work of its neighbours. The first run compiles, and on a busy machine any pass can be
+    // held up; work that is booked to the wrong pass is booked wrongly every time, so one clear run in ten is proof.
+    let mut seen = Vec::new();
+    for _ in 0..10 {
         let mut recorder = Recorder::new(&gpu);
         for (name, amount) in [("short/before", 200), ("long/work", 10_000), ("short/after", 200)] {
             let step = recorder.uniform(&Step { amount, ..Default::default() });
             recorder.compute(name, &kernel, &[step.binding(), totals.as_entire_binding()], [1 << 10, 1, 1]);
         }
-        log = Some(recorder.finish().unwrap());
+        let log = recorder.finish().unwrap();
+        let (long, short) = (log.stage_ms("long").unwrap(), log.stage_ms("short").unwrap());
+        // 25 by the work.
+        if long > 5.0 * short {
+            return;
+        }
+        seen.push((long, short));
     }
-    let log = log.unwrap();
-    let (long, short) = (log.stage_ms("long").unwrap(), log.stage_ms("short").unwrap());
-    // 25 by the work; a machine that is busy with other things leaves the order of magnitude.
-    assert!(long > 5.0 * short, "the long pass took {long} ms, both short ones {short} ms");
+    panic!("(long pass, both short ones) in ms: {seen:?}");
 }
 
 const SPIN: &str = "
