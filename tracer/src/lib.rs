@@ -4,6 +4,7 @@
 //! never negative, the same bits for the same seed. [`all`] lists those there are. They share the light, noise and path
 //! code in the folders beside them, so that a comparison compares structures and nothing else.
 
+pub mod bvh;
 pub mod gather;
 mod lights;
 pub mod noise;

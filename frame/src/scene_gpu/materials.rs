@@ -93,6 +93,12 @@ const FIRST_SLOT: u32 = 8;
 /// More do not fit the 16 bits that a triangle has for its material.
 const MOST: usize = 0xffff;
 
+/// Whether light may pass straight through it.
+pub(super) fn is_sheet(material: &Material) -> bool {
+    let thin_pane = material.flags & THIN != 0 && material.transmission > 0.0;
+    material.flags & (MASK | BLEND) != 0 || thin_pane
+}
+
 /// Materials with everything left out that cannot be seen, so that it costs neither memory nor look-ups.
 pub(super) fn simplified(
     materials: &[scene::Material],

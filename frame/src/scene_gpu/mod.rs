@@ -111,6 +111,8 @@ pub struct GpuScene {
     pub bounds: Aabb,
     /// What has to be modelled, under the chosen [`Model`].
     pub needs: SceneNeeds,
+    /// Per material, whether light may pass straight through: masks, blends, thin panes.
+    pub sheets: Vec<bool>,
     /// Objects that glow, at the moment of upload.
     pub emitters: Vec<Emitter>,
     tail: Vec<Vec3>,
@@ -137,6 +139,7 @@ impl GpuScene {
             warnings.push(format!("radiance_scale {scale}: {lost} radiances stay below the smallest step"));
         }
         let mut encoded: Vec<_> = simplified.iter().map(|m| materials::encode(m, &textures, scale)).collect();
+        let sheets = encoded.iter().map(materials::is_sheet).collect();
         // A binding of an array holds at least one element.
         if encoded.is_empty() {
             encoded.push(Material::default());
@@ -155,6 +158,7 @@ impl GpuScene {
             radiance_scale: scale,
             bounds: scene.bounds(),
             needs: needs(scene, options.model),
+            sheets,
             emitters: emitters::emitters(geometry, &simplified, &scene.images),
             tail: moving(geometry).to_vec(),
             sun: scene.sun,
