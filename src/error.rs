@@ -72,6 +72,17 @@ pub enum Error {
         /// What is wrong, and where.
         message: String,
     },
+    /// The wide BVH cannot be built.
+    #[error(transparent)]
+    Cwbvh(#[from] tracer::bvh::cwbvh::CwbvhError),
+    /// What an earlier run left cannot be gone on from.
+    #[error("{path}: {message}", path = path.display())]
+    Reference {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
     /// A file could not be written.
     #[error("{path}: {message}", path = path.display())]
     Write {

@@ -8,8 +8,10 @@ mod error;
 pub mod output;
 pub mod pipeline;
 mod progress;
+pub mod reference;
 pub mod settings;
 pub mod stages;
+mod world;
 
 pub use error::Error;
 pub use progress::Progress;

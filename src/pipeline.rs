@@ -3,17 +3,21 @@
 //! Everything that can be refused is refused in [`Pipeline::new`]: adapter, scene, names, knobs, memory. A frame then
 //! records every stage, submits, and returns what each of them made.
 
+use crate::reference::Moments;
 use crate::settings::{Model, Preset, RenderSettings, open};
+use crate::world::{Searches, Site};
 use crate::{Error, Progress};
 use denoise::Denoiser;
 use frame::scene_gpu::{self, GpuScene, SceneOptions};
+use frame::surface;
 use frame::{ColorImage, FrameInfo, FrameLog, GBuffer, Gpu, Knob, RadianceImage, Recorder};
 use scene::{Camera, Geometry, Scene};
+use std::ops::Range;
 use tessellate::Tessellator;
-use tracer::{Gather, PathSettings, SampleRule, Tracer, World};
+use tracer::{Conventions, Converger, Gather, PathSettings, SampleRule, Search, Tracer};
 use upsample::Upsampler;
+use voxel::VoxelGrid;
 use voxel::grid::Layout;
-use voxel::{VoxelGrid, Voxelizer};
 
 /// What one frame made. Images stay valid until the next frame.
 pub struct Rendered {
@@ -41,10 +45,9 @@ pub struct Pipeline {
     scene: Scene,
     geometry: Geometry,
     world: GpuScene,
-    grid: Option<VoxelGrid>,
+    searches: Searches,
     voxel_size: f32,
     tessellator: Box<dyn Tessellator>,
-    voxelizer: Voxelizer,
     gather: Gather,
     tracer: Box<dyn Tracer>,
     denoiser: Box<dyn Denoiser>,
@@ -103,7 +106,7 @@ impl Pipeline {
         let denoiser = find("denoiser", &settings.denoiser, denoise::all())?(&gpu)?;
         let upsampler = find("upsampler", &settings.upsampler, upsample::all())?(&gpu)?;
         let mut pipeline = Self {
-            voxelizer: Voxelizer::new(&gpu, &world)?,
+            searches: Searches::new(&gpu, &world)?,
             gather: Gather::new(&gpu, &world)?,
             trace: GBuffer::new(&gpu, settings.trace_size)?,
             display: (settings.trace_size != settings.display_size)
@@ -116,7 +119,6 @@ impl Pipeline {
             scene,
             geometry,
             world,
-            grid: None,
             voxel_size,
             tessellator,
             tracer,
@@ -129,7 +131,7 @@ impl Pipeline {
         pipeline.apply_knobs()?;
         let specular = pipeline.world.needs.specular;
         pipeline.gather.resize(&pipeline.gpu, &[settings.trace_size, settings.display_size])?;
-        pipeline.tracer.resize(&pipeline.gpu, &pipeline.world, settings.trace_size)?;
+        pipeline.tracer.resize(&pipeline.gpu, &pipeline.world, settings.trace_size, &pipeline.paths)?;
         pipeline.denoiser.resize(&pipeline.gpu, settings.trace_size, specular)?;
         pipeline.upsampler.resize(&pipeline.gpu, settings.display_size, specular)?;
         Ok(pipeline)
@@ -153,19 +155,14 @@ impl Pipeline {
         let uniform = recorder.uniform(&frame.uniform());
 
         let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
-        let mut voxel_log = FrameLog::default();
-        if self.tracer.needs_grid() && (moved || self.grid.is_none()) {
-            self.progress.report("voxelizing", 0.0);
-            recorder.flush();
-            // The old grid goes first, so that two never stand side by side.
-            self.grid = None;
-            let bounds = self.scene.bounds();
-            let (grid, log) =
-                self.voxelizer.voxelize(&self.gpu, &self.world, &mesh, bounds, self.settings.grid)?;
-            self.grid = Some(grid);
-            voxel_log = log;
+        if moved {
+            self.searches.moved();
         }
-        let world = World { scene: &self.world, grid: self.grid.as_ref() };
+        self.progress.report("building the structure", 0.0);
+        let site =
+            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
+        let mut build_log = self.searches.build(&mut recorder, self.tracer.search(), site)?;
+        let world = self.searches.world(&self.world, &mesh);
 
         self.gather.gather(&mut recorder, "gather/trace", &uniform, &self.world, &mesh, &self.trace);
         let display = self.display.as_ref().unwrap_or(&self.trace);
@@ -185,8 +182,8 @@ impl Pipeline {
             None,
         );
 
-        voxel_log.append(recorder.finish()?);
-        let mut log = voxel_log;
+        build_log.append(recorder.finish()?);
+        let mut log = build_log;
         self.count(&mut log);
         let rendered = Rendered {
             color,
@@ -200,6 +197,63 @@ impl Pipeline {
         self.previous = Some(frame);
         self.frame_index += 1;
         Ok(rendered)
+    }
+
+    /// Makes what [`Pipeline::sample`] needs: paths through one structure, at display size.
+    ///
+    /// # Errors
+    /// The driver refuses a kernel, the size is too large for the adapter, or memory is out.
+    pub fn sampler(&self, search: Search) -> Result<Converger, Error> {
+        let size = self.settings.display_size;
+        Ok(Converger::new(&self.gpu, &self.world, search, size, &self.paths)?)
+    }
+
+    /// Adds samples number `samples` of the converged image to `moments`, whose count they raise.
+    ///
+    /// # Errors
+    /// The device was lost or ran out of memory.
+    pub fn sample(
+        &mut self,
+        sampler: &mut Converger,
+        samples: Range<u32>,
+        moments: &mut Moments,
+    ) -> Result<(), Error> {
+        let mut frame = self.next_frame()?;
+        frame.trace_size = self.settings.display_size;
+        frame.jitter = [0.0; 2];
+        frame.previous_jitter = [0.0; 2];
+        // Not the numbers of a render with this seed.
+        frame.seed = surface::hash(frame.seed ^ 0x7265_6673);
+        for band in sampler.bands() {
+            let mut recorder = Recorder::new(&self.gpu);
+            let uniform = recorder.uniform(&frame.uniform());
+            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+            let site = Site {
+                scene: &self.world,
+                mesh: &mesh,
+                bounds: self.scene.bounds(),
+                grid: self.settings.grid,
+            };
+            for search in sampler.searches() {
+                self.searches.build(&mut recorder, search, site)?;
+            }
+            let world = self.searches.world(&self.world, &mesh);
+            sampler.record(&mut recorder, &uniform, world, &self.paths, &band, samples.clone());
+            recorder.finish()?;
+            moments.add(&band, &sampler.moments(&self.gpu, &band)?, self.world.radiance_scale);
+        }
+        moments.count += u64::from(samples.end - samples.start);
+        Ok(())
+    }
+
+    /// What was asked for.
+    pub fn settings(&self) -> &RenderSettings {
+        &self.settings
+    }
+
+    /// Who is told how far things have come.
+    pub fn progress(&self) -> &Progress {
+        &self.progress
     }
 
     /// The device.
@@ -219,7 +273,7 @@ impl Pipeline {
 
     /// The voxels, once a frame needed them.
     pub fn grid(&self) -> Option<&VoxelGrid> {
-        self.grid.as_ref()
+        self.searches.grid()
     }
 
     /// What the file or the upload could not honour, one line each.
@@ -230,11 +284,12 @@ impl Pipeline {
     /// Every knob of the chosen stages, by the id that `--set` takes.
     pub fn with_knobs<R>(&mut self, visit: impl FnOnce(Vec<(&'static str, Vec<Knob<'_>>)>) -> R) -> R {
         let mut samples = self.paths.samples as u32;
-        let of_tracer = PathSettings::knobs(&mut samples, &mut self.paths.roulette_from);
+        let mut conventions = self.paths.conventions as u32;
+        let of_tracer = PathSettings::knobs(&mut samples, &mut conventions, &mut self.paths.roulette_from);
         let (tessellator, tracer) = (self.tessellator.name(), self.tracer.name());
         let (denoiser, upsampler) = (self.denoiser.name(), self.upsampler.name());
         let mut all = vec![
-            ("voxel", self.voxelizer.knobs()),
+            ("voxel", self.searches.knobs()),
             ("gather", self.gather.knobs()),
             ("tracer", of_tracer),
             (tessellator, self.tessellator.knobs()),
@@ -252,6 +307,8 @@ impl Pipeline {
         }
         let result = visit(merged);
         self.paths.samples = if samples == 0 { SampleRule::Fixed } else { SampleRule::Roughness };
+        self.paths.conventions =
+            if conventions == 0 { Conventions::Gridlight } else { Conventions::Reference };
         result
     }
 
@@ -265,7 +322,11 @@ impl Pipeline {
                 ("tracer", "samples", "roughness"),
                 ("best_candidate", "plane_test", "off"),
             ],
-            Preset::Gltf => &[("gather", "mips", "off"), ("gather", "bend", "off")],
+            Preset::Gltf => &[
+                ("gather", "mips", "off"),
+                ("gather", "bend", "off"),
+                ("tracer", "conventions", "reference"),
+            ],
         };
         self.with_knobs(|stages| {
             let known = stages.iter().map(|(id, _)| *id).collect::<Vec<_>>().join(", ");
@@ -314,7 +375,7 @@ impl Pipeline {
     }
 
     fn count(&self, log: &mut FrameLog) {
-        if let Some(grid) = &self.grid {
+        if let (Some(grid), Search::Grid) = (self.searches.grid(), self.tracer.search()) {
             log.counts.insert("voxels".into(), f64::from(grid.voxel_count));
             log.counts.insert("bricks".into(), f64::from(grid.brick_count));
         }

@@ -5,17 +5,23 @@
 //! code in the folders beside them, so that a comparison compares structures and nothing else.
 
 pub mod bvh;
+mod bvh_trace;
+mod converge;
 pub mod gather;
+
 mod lights;
 pub mod noise;
 mod path;
 mod voxel_trace;
 
+pub use bvh_trace::BvhTracer;
+pub use converge::{Converger, Moment};
 pub use gather::Gather;
-pub use path::{PathSettings, SampleRule};
+pub use path::{Conventions, PathSettings, SampleRule};
 pub use voxel_trace::VoxelTracer;
 
-use frame::scene_gpu::GpuScene;
+use bvh::Bvh;
+use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{FrameInfo, GBuffer, Gpu, GpuError, Knob, RadianceImage, Recorder, Uniform};
 use voxel::VoxelGrid;
 
@@ -24,8 +30,36 @@ use voxel::VoxelGrid;
 pub struct World<'a> {
     /// Materials, sky, lights.
     pub scene: &'a GpuScene,
+    /// The triangles, tessellated.
+    pub mesh: &'a GpuMesh,
     /// The voxels, if a chosen tracer traces them.
     pub grid: Option<&'a VoxelGrid>,
+    /// The BVH built on the GPU, likewise.
+    pub lbvh: Option<&'a Bvh>,
+    /// The wide BVH built on the CPU, likewise.
+    pub cwbvh: Option<&'a Bvh>,
+}
+
+impl<'a> World<'a> {
+    /// The BVH that is searched.
+    fn bvh(&self, search: Search) -> Option<&'a Bvh> {
+        match search {
+            Search::Grid => None,
+            Search::Lbvh => self.lbvh,
+            Search::Cwbvh => self.cwbvh,
+        }
+    }
+}
+
+/// What rays search.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// The voxel grid.
+    Grid,
+    /// [`bvh::lbvh`].
+    Lbvh,
+    /// [`bvh::cwbvh`].
+    Cwbvh,
 }
 
 /// Finds light for a G-buffer.
@@ -36,19 +70,26 @@ pub trait Tracer {
     /// Its settings.
     fn knobs(&mut self) -> Vec<Knob<'_>>;
 
-    /// Whether it traces the voxel grid.
-    fn needs_grid(&self) -> bool;
+    /// What it traces: the pipeline builds it into the [`World`] before the first frame.
+    fn search(&self) -> Search;
 
     /// Bytes kept from frame to frame.
     fn history_bytes(&self) -> u64 {
         0
     }
 
-    /// Builds the kernels for what the scene needs, and allocates for a trace size; all allocation happens here.
+    /// Builds the kernels for what the scene needs, and allocates for a trace size; all allocation happens here. Of the
+    /// settings only the conventions are read.
     ///
     /// # Errors
     /// The driver refuses a kernel, the size is too large for the adapter, or memory is out.
-    fn resize(&mut self, gpu: &Gpu, scene: &GpuScene, size: [u32; 2]) -> Result<(), GpuError>;
+    fn resize(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        size: [u32; 2],
+        paths: &PathSettings,
+    ) -> Result<(), GpuError>;
 
     /// Records one frame's paths. The image stays valid until the next call.
     fn trace(
@@ -67,5 +108,9 @@ pub type Constructor = (&'static str, fn(&Gpu) -> Result<Box<dyn Tracer>, GpuErr
 
 /// All tracers, in the order they are listed.
 pub fn all() -> &'static [Constructor] {
-    &[("voxel", |_| Ok(Box::new(VoxelTracer::default())))]
+    &[
+        ("voxel", |_| Ok(Box::new(VoxelTracer::default()))),
+        ("bvh_lbvh", |_| Ok(Box::new(BvhTracer::new(Search::Lbvh)))),
+        ("bvh_cwbvh", |_| Ok(Box::new(BvhTracer::new(Search::Cwbvh)))),
+    ]
 }

@@ -7,6 +7,9 @@ const BRDF_TABLE_SIZE = 32u;
 // Rows of (A, B) as pairs of half floats, four to an element.
 @group(1) @binding(14) var<uniform> brdf_table: array<vec4u, 256>;
 
+// G2 is the product of both G1 instead of Smith's height-correlated form.
+override brdf_separable = false;
+
 const BRDF_DELTA_ALPHA = 1e-3;          // a lobe narrower than this is a mirror
 const BRDF_LEAST_MODULATOR = 0.0009765625; // 2^-10
 const BRDF_LEAST_COSINE = 1e-6;         // directions closer to the horizon count as below it
@@ -38,10 +41,6 @@ fn brdf_luminance(c: vec3f) -> f32 {
 }
 
 // ---- Fresnel ----
-
-fn brdf_f90(f0: f32) -> f32 {
-  return min(f0 / 0.02, 1.0);
-}
 
 fn brdf_schlick(f0: vec3f, f90: vec3f, cosine: f32) -> vec3f {
   let m = clamp(1.0 - cosine, 0.0, 1.0);
@@ -112,7 +111,7 @@ struct BrdfFacet {
 fn brdf_facet(s: Surface, cosine: f32, inside: bool) -> BrdfFacet {
   let dielectric = 1.0 - s.metalness;
   var f = s.metalness * brdf_schlick(s.base, vec3f(1.0), cosine)
-    + dielectric * (1.0 - s.transmission) * brdf_schlick(vec3f(s.f0), vec3f(brdf_f90(s.f0)), cosine);
+    + dielectric * (1.0 - s.transmission) * brdf_schlick(vec3f(s.f0), vec3f(s.f90), cosine);
   var t = vec3f(0.0);
   if (s.transmission > 0.0) {
     var clear = 0.0;
@@ -156,7 +155,7 @@ fn brdf_reflectance(s: Surface, mu: f32) -> vec3f {
   let alpha = s.roughness * s.roughness;
   let scale = brdf_table_lookup(mu, alpha.x, alpha.y);
   let f0 = mix(vec3f(s.f0), s.base, s.metalness);
-  let f90 = mix(brdf_f90(s.f0), 1.0, s.metalness);
+  let f90 = mix(s.f90, 1.0, s.metalness);
   return f0 * scale.x + vec3f(f90 * scale.y);
 }
 
@@ -192,10 +191,11 @@ fn brdf_lambda(v: vec3f, alpha: vec2f) -> f32 {
   return 0.5 * (sqrt(1.0 + dot(x, x)) - 1.0);
 }
 
-// G2 / G1 with height-correlated masking.
+// G2 / G1.
 fn brdf_shadowing(v: vec3f, l: vec3f, alpha: vec2f) -> f32 {
   let masked = 1.0 + brdf_lambda(v, alpha);
-  return masked / (masked + brdf_lambda(l, alpha));
+  let shadowed = brdf_lambda(l, alpha);
+  return select(masked / (masked + shadowed), 1.0 / (1.0 + shadowed), brdf_separable);
 }
 
 // Density of the normals that v sees, over v.h: D G1 / v.z, 1/sr.
@@ -221,7 +221,7 @@ fn brdf_no_sample() -> BrdfSample {
 
 fn brdf_diffuse(s: Surface, wo: vec3f, wi: vec3f) -> vec3f {
   let h = normalize(wo + wi);
-  let f = brdf_schlick(vec3f(s.f0), vec3f(brdf_f90(s.f0)), dot(wi, h));
+  let f = brdf_schlick(vec3f(s.f0), vec3f(s.f90), dot(wi, h));
   return brdf_diffuse_albedo(s) * (1.0 - f);
 }
 

@@ -31,6 +31,7 @@ struct Material {
   transmission: f32,
   normal_scale: f32,
   flags: u32,        // MATERIAL_*, and from bit 8 on which slots are used
+  f90: f32,
   slots: array<MaterialSlot, 8>,
 };
 
@@ -154,6 +155,7 @@ fn material_surface(material: u32, point: MeshPoint, area: f32) -> Surface {
   var metalness = materials[material].metalness;
   var roughness = materials[material].roughness;
   var f0 = materials[material].f0;
+  var f90 = materials[material].f90;
   var transmission = materials[material].transmission;
   var mapped = vec3f(0.0, 0.0, 1.0);
   var anisotropy = vec3f(1.0, 0.0, materials[material].anisotropy.z);
@@ -168,7 +170,7 @@ fn material_surface(material: u32, point: MeshPoint, area: f32) -> Surface {
         case MATERIAL_SLOT_NORMAL: { mapped = 2.0 * value.rgb - 1.0; }
         case MATERIAL_SLOT_EMISSION: { emission *= value.rgb; }
         case MATERIAL_SLOT_TRANSMISSION: { transmission *= value.r; }
-        case MATERIAL_SLOT_SPECULAR: { f0 *= value.a; }
+        case MATERIAL_SLOT_SPECULAR: { f0 *= value.a; f90 *= value.a; }
         case MATERIAL_SLOT_SPECULAR_COLOR: { f0 *= brdf_luminance(value.rgb); }
         default: { anisotropy = vec3f(2.0 * value.rg - 1.0, anisotropy.z * value.b); }
       }
@@ -200,6 +202,7 @@ fn material_surface(material: u32, point: MeshPoint, area: f32) -> Surface {
   s.metalness = metalness;
   s.absorption = materials[material].absorption;
   s.f0 = f0;
+  s.f90 = f90;
   s.transmission = transmission;
   s.coverage = 1.0;
   if (material_is_cut(material)) {

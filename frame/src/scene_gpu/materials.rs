@@ -78,6 +78,10 @@ crate::gpu_struct! {
         pub normal_scale: f32,
         /// Mask 1, blend 2, two-sided 4, thin 8, unlit 16; bit 8 + i: slot i is used.
         pub flags: u32,
+        /// Dielectric reflectance at grazing incidence. A surface that is stored forgets it and has `min(1, F0 / 0.02)`.
+        pub f90: f32,
+        /// WGSL aligns the slots to 16.
+        pub _pad: [u32; 3],
         /// In the order of `scene::Material::textures`.
         pub slots: [MaterialSlot; 8],
     }
@@ -223,6 +227,8 @@ pub(super) fn encode(material: &scene::Material, pool: &TexturePool, radiance_sc
         transmission: material.transmission,
         normal_scale: material.normal_scale,
         flags,
+        f90: material.specular,
+        _pad: [0; 3],
         slots: encoded,
     }
 }

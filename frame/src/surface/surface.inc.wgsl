@@ -10,6 +10,7 @@ struct Surface {
   absorption: vec3f, // 1/m, of the solid behind the surface
   roughness: vec2f,  // perceptual, along tangent and bitangent
   f0: f32,           // dielectric reflectance at normal incidence, 0 = no dielectric specular lobe
+  f90: f32,          // the same at grazing incidence
   transmission: f32,
   coverage: f32,     // 1 = solid
   contour: f32,      // voxels only: signed offset of the plane from the cell's centre, in voxels
@@ -268,6 +269,7 @@ fn surface_unpack(v: vec4u) -> Surface {
   s.roughness = vec2f(vec2u(v.w, v.w >> 8u) & vec2u(0xffu)) / 255.0;
   let root = f32((v.w >> 16u) & 0xffu) / 255.0;
   s.f0 = root * root;
+  s.f90 = min(s.f0 / 0.02, 1.0);
   s.two_sided = ((v.w >> 30u) & 1u) == 1u;
   s.thin = (v.w >> 31u) == 1u;
 

@@ -2,7 +2,7 @@
 //!
 //! Paper: "uni-directional path tracing begins as a post-process at one voxel above the surface" (section 2).
 //!
-//! In: a trace-size [`GBuffer`]; sky, lights, materials in radiance times `radiance_scale`; positions in metres. Out: a
+//! In: a trace-size [`GBuffer`] (or camera rays of its own, [`camera`]); sky, lights, materials in radiance times `radiance_scale`; positions in metres. Out: a
 //! [`RadianceImage`]: demodulated radiance of the diffuse and of the specular lobe.
 //!
 //! Formula (contract, "two lobes"): `X_l = 1/N sum f_l cos L / (q_l p_l M_l)` over the pixel's N paths, each starting in one
@@ -20,19 +20,20 @@
 //! Departs from the paper: two demodulated lobes instead of one light image, so that a filter treats gloss and matte by
 //! their own roughness; both sun and punctual lights are shadow rays (the paper has neither).
 
+pub(crate) mod camera;
+mod kernels;
 #[cfg(test)]
 pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
 
-use crate::{lights, noise};
-use frame::scene_gpu::{self, GpuScene};
+use frame::scene_gpu::GpuScene;
 use frame::{
-    Bind, Buffer, GBuffer, Gpu, GpuError, Kernel, KernelDesc, Knob, RadianceImage, Recorder, Room, Texture,
-    Uniform, brdf, gpu_struct, info, surface,
+    Bind, Buffer, GBuffer, Gpu, GpuError, Kernel, Knob, RadianceImage, Recorder, Room, Texture, Uniform,
+    gpu_struct,
 };
+use kernels::Workshop;
 use scene::SceneNeeds;
-use wgpu::TextureFormat;
 
 /// Panes, cut-outs, blends and cells of the surface left that a ray may pass before it counts as blocked.
 const PASSES: u32 = 16;
@@ -43,6 +44,10 @@ const MOST_SEGMENTS: u32 = 8;
 pub(crate) const ENDLESS: u32 = 512;
 /// Bytes of `Path` in WGSL.
 const PATH_BYTES: u64 = 64;
+/// Bytes of `Pixel` in `pixel.inc.wgsl`.
+const PIXEL_BYTES: u64 = 48;
+/// Word of the counters that stays 0 where no path is left alive.
+const ANY_ALIVE: u64 = 10;
 
 /// Which pixels get how many of the frame's samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -53,6 +58,26 @@ pub enum SampleRule {
     Fixed,
     /// The paper's: `1 + floor(5 R + 1/2)` by the larger roughness R, at most `spp`.
     Roughness,
+}
+
+/// Whose rules are followed where the field has more than one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[repr(u32)]
+pub enum Conventions {
+    /// Height-correlated masking; what a triangle reflects lies above the triangle, and normal maps are bent towards the
+    /// viewer.
+    #[default]
+    Gridlight,
+    /// Those of the shared reference images: separable masking, and the interpolated normal in place of the triangle's.
+    Reference,
+}
+
+impl Conventions {
+    /// Constants of `bvh_hit.inc.wgsl`.
+    fn of_triangles(self) -> [(&'static str, f64); 2] {
+        let reference = f64::from(self == Self::Reference);
+        [("bvh_bend", 1.0 - reference), ("bvh_smooth_horizon", reference)]
+    }
 }
 
 /// How long paths are and how many.
@@ -66,18 +91,36 @@ pub struct PathSettings {
     pub samples: SampleRule,
     /// Scatterings before roulette begins; 8 is the references' rule (contract, "Words for measuring").
     pub roulette_from: u32,
+    /// Read when kernels are built.
+    pub conventions: Conventions,
 }
 
 impl Default for PathSettings {
     fn default() -> Self {
-        Self { spp: 1, bounces: Some(3), samples: SampleRule::Fixed, roulette_from: 8 }
+        Self {
+            spp: 1,
+            bounces: Some(3),
+            samples: SampleRule::Fixed,
+            roulette_from: 8,
+            conventions: Conventions::default(),
+        }
     }
 }
 
 impl PathSettings {
     /// What `--set tracer.…` reaches, beside `--spp` and `--bounces`.
-    pub fn knobs<'a>(samples: &'a mut u32, roulette_from: &'a mut u32) -> Vec<Knob<'a>> {
+    pub fn knobs<'a>(
+        samples: &'a mut u32,
+        conventions: &'a mut u32,
+        roulette_from: &'a mut u32,
+    ) -> Vec<Knob<'a>> {
         vec![
+            Knob::choice(
+                "conventions",
+                conventions,
+                &["gridlight", "reference"],
+                "whose rules of masking and of normal maps: ours, or those the shared reference images were made with",
+            ),
             Knob::choice(
                 "samples",
                 samples,
@@ -115,129 +158,84 @@ gpu_struct! {
         pub roulette_from: u32,
         /// Segments this dispatch may advance.
         pub segments: u32,
+        /// Of the picture, that is the first of the buffers'.
+        pub first_row: u32,
+        /// Rows in the buffers.
+        pub rows: u32,
+        /// WGSL rounds the size up to a multiple of 16.
+        pub _pad: [u32; 2],
     }
 }
-
-const PARAMS_WGSL: &str = "
-struct PathParams {
-    sample: u32, samples: u32, first_sample: u32, bounces: u32,
-    lights: u32, by_roughness: u32, roulette_from: u32, segments: u32,
-}";
 
 /// What a search structure brings: its snippets and what they bind.
 pub(crate) struct Structure {
     /// Path of its passes: `trace/voxel`.
     pub(crate) pass: &'static str,
-    /// WGSL that defines `Hit`, `hit_trace`, `hit_start`, `hit_leave`, `hit_pass`.
-    pub(crate) sources: &'static [&'static str],
+    /// WGSL that defines `Hit`, `hit_trace`, `hit_blocked`, `hit_start`, `hit_leave`, `hit_pass`.
+    pub(crate) sources: Vec<&'static str>,
     /// What those use, group 1.
-    pub(crate) binds: &'static [Bind],
+    pub(crate) binds: Vec<Bind>,
+    /// It reads triangles and materials, so that its kernels take their constants.
+    pub(crate) of_triangles: bool,
 }
 
 /// Buffers of one trace size.
 struct Sized {
     paths: Buffer,
-    sums: Buffer,
-    sample_counts: Buffer,
+    pixels: Buffer,
     counters: Buffer,
-    /// One word: 0 where the last dispatch left no path alive.
-    any_alive: Buffer,
     light: RadianceImage,
     /// Bound in place of an absent specular lobe; one texel, stores outside of it go nowhere.
     no_specular: Texture,
     size: [u32; 2],
 }
 
-/// The kernels of a scene: what it does not have is not in them.
 struct Kernels {
     start: Kernel,
     segment: Kernel,
     resolve: Kernel,
 }
 
-impl Kernels {
-    fn new(gpu: &Gpu, structure: &Structure, needs: &SceneNeeds) -> Result<Self, GpuError> {
-        let shared = [
-            info::WGSL,
-            surface::WGSL,
-            brdf::WGSL,
-            noise::WGSL,
-            scene_gpu::LIGHT_WGSL,
-            lights::WGSL,
-            scene_gpu::SKY_WGSL,
-            PARAMS_WGSL,
-        ];
-        let sources = |last: &[&'static str]| -> Vec<&str> {
-            shared.iter().chain(structure.sources).chain(last).copied().collect()
-        };
-        let constants = [
-            ("path_lights", f64::from(needs.shadow_rays)),
-            ("path_specular", f64::from(needs.specular)),
-            ("path_transmission", f64::from(needs.transmission)),
-            ("path_coverage", f64::from(needs.coverage)),
-            ("path_passes", f64::from(PASSES)),
-        ];
-        let of_frame =
-            [Bind::uniform::<info::Frame>(0, 0, "frame"), Bind::uniform::<PathParams>(0, 1, "params")];
-        let (table, lights) = (scene_gpu::BRDF_TABLE_BIND, scene_gpu::LIGHTS_BIND);
-        let paths = Bind::storage(1, 30, "paths");
-        let sums = Bind::storage(1, 31, "sums");
-        let sample_counts = Bind::storage(1, 32, "sample_counts");
-        let counters = Bind::storage(1, 33, "counters");
-        let kernel = |entry, sources: &[&str], bindings: &[Bind], constants: &[(&str, f64)]| {
-            let workgroup = [8, 8, 1];
-            Kernel::new(gpu, &KernelDesc { name: entry, sources, entry, workgroup, bindings, constants })
-        };
-
-        let mut bindings = of_frame.to_vec();
-        bindings.extend([table, lights]);
-        bindings.extend(structure.binds);
-        bindings.extend([paths, sums, sample_counts, counters]);
-        bindings.extend([
-            Bind::texture_uint(2, 0, "in_surface"),
-            Bind::texture(2, 1, "in_distance"),
-            Bind::texture_uint(2, 2, "in_face_normal"),
-            Bind::texture_uint(2, 3, "in_motion_id"),
-        ]);
-        let start = kernel("path_start", &sources(&[PATH_WGSL, START_WGSL]), &bindings, &constants)?;
-
-        let mut bindings = of_frame.to_vec();
-        bindings.extend([scene_gpu::SKY_BIND, table, lights]);
-        bindings.extend(structure.binds);
-        bindings.extend([paths, sums, counters, Bind::storage(1, 34, "any_alive")]);
-        let segment = kernel("path_segment", &sources(&[PATH_WGSL, SEGMENT_WGSL]), &bindings, &constants)?;
-
-        let bindings = [
-            of_frame[0],
-            Bind::storage_read(1, 31, "sums"),
-            Bind::storage_read(1, 32, "sample_counts"),
-            counters,
-            Bind::storage_texture(3, 0, "out_diffuse", RadianceImage::FORMAT),
-            Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
-            Bind::storage_texture(3, 2, "out_samples", TextureFormat::R32Uint),
-        ];
-        let resolve = kernel("path_resolve", &[info::WGSL, frame::HALF_WGSL, RESOLVE_WGSL], &bindings, &[])?;
-        Ok(Self { start, segment, resolve })
-    }
-}
+/// What kernels are built for.
+type Built = (SceneNeeds, Conventions);
 
 /// The kernels and buffers of paths through one kind of structure.
 pub(crate) struct Paths {
     structure: Structure,
-    kernels: Option<(SceneNeeds, Kernels)>,
+    kernels: Option<(Built, Kernels)>,
     /// Most segments of a dispatch; tests lower it.
     pub(crate) most_segments: u32,
     sized: Option<Sized>,
 }
+
+/// Bytes of the counters: five of 64 bits, and the word that says whether a path lives.
+const COUNTERS_BYTES: u64 = 48;
+/// Their names, in the order of the tally and of what resolve adds.
+const COUNTER_NAMES: [&str; 5] = ["rays", "cut_rays", "iterations", "paths", "clamped"];
 
 impl Paths {
     pub(crate) fn new(structure: Structure) -> Self {
         Self { structure, kernels: None, most_segments: MOST_SEGMENTS, sized: None }
     }
 
-    pub(crate) fn resize(&mut self, gpu: &Gpu, scene: &GpuScene, size: [u32; 2]) -> Result<(), GpuError> {
-        if self.kernels.as_ref().is_none_or(|(needs, _)| *needs != scene.needs) {
-            self.kernels = Some((scene.needs, Kernels::new(gpu, &self.structure, &scene.needs)?));
+    pub(crate) fn resize(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        size: [u32; 2],
+        settings: &PathSettings,
+    ) -> Result<(), GpuError> {
+        let built = (scene.needs, settings.conventions);
+        // Constants of the triangles are the scene's own: another scene, other kernels.
+        if self.structure.of_triangles || self.kernels.as_ref().is_none_or(|(b, _)| *b != built) {
+            let conventions = settings.conventions;
+            let workshop = Workshop { gpu, structure: &self.structure, scene, conventions, camera: false };
+            let kernels = Kernels {
+                start: workshop.start()?,
+                segment: workshop.segment()?,
+                resolve: kernels::resolve(gpu)?,
+            };
+            self.kernels = Some((built, kernels));
         }
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
@@ -245,10 +243,8 @@ impl Paths {
         self.sized = None;
         self.sized = Some(Sized {
             paths: gpu.buffer(Room::Radiance, "Paths::paths", PATH_BYTES * pixels, usage)?,
-            sums: gpu.buffer(Room::Radiance, "Paths::sums", 32 * pixels, usage)?,
-            sample_counts: gpu.buffer(Room::Radiance, "Paths::sample_counts", 4 * pixels, usage)?,
-            counters: gpu.buffer(Room::Radiance, "Paths::counters", 40, usage)?,
-            any_alive: gpu.buffer(Room::Radiance, "Paths::any_alive", 4, usage)?,
+            pixels: gpu.buffer(Room::Radiance, "Paths::pixels", PIXEL_BYTES * pixels, usage)?,
+            counters: gpu.buffer(Room::Radiance, "Paths::counters", COUNTERS_BYTES, usage)?,
             light: RadianceImage::new(gpu, size, scene.needs.specular)?,
             no_specular: RadianceImage::lobe(gpu, "Paths::no_specular", [1, 1])?,
             size,
@@ -274,35 +270,19 @@ impl Paths {
         let (Some((_, kernels)), Some(sized)) = (&self.kernels, &self.sized) else {
             unreachable!("{}: resize comes before trace", self.structure.pass);
         };
-        for buffer in [&sized.sums, &sized.sample_counts, &sized.counters] {
+        for buffer in [&sized.pixels, &sized.counters] {
             recorder.clear(buffer);
         }
-        let bounces = settings.bounces.unwrap_or(ENDLESS);
-        // A segment is one straight line, however many sheets it passes; each sheet's light sample is another.
-        let lines = match (scene.light_count > 0, scene.needs.transmission) {
-            (false, _) => 1,
-            (true, false) => 2,
-            (true, true) => 1 + PASSES,
-        };
-        let segments = match recorder.gpu().loop_cap() {
-            Some(cap) => (cap / (lines * (worst_case + PASSES))).clamp(1, self.most_segments),
-            None => self.most_segments,
-        };
+        let mut params = params(recorder.gpu(), scene, settings, worst_case, self.most_segments);
+        params.first_sample = frame.frame_index.wrapping_mul(settings.spp);
+        params.samples = settings.spp;
+        params.rows = sized.size[1];
         let groups = [sized.size[0].div_ceil(8), sized.size[1].div_ceil(8), 1];
-        let mut params = PathParams {
-            sample: 0,
-            samples: settings.spp,
-            first_sample: frame.frame_index.wrapping_mul(settings.spp),
-            bounces,
-            lights: scene.light_count,
-            by_roughness: u32::from(settings.samples == SampleRule::Roughness),
-            // With a bounce limit nothing is left to chance.
-            roulette_from: if settings.bounces.is_some() { u32::MAX } else { settings.roulette_from },
-            segments,
-        };
-        let [start, segment, resolve] =
-            ["start", "segment", "resolve"].map(|part| format!("{}/{part}", self.structure.pass));
-        if bounces > 0 {
+        let [start, resolve] = ["start", "resolve"].map(|part| format!("{}/{part}", self.structure.pass));
+        let textures = [&gbuffer.surface, &gbuffer.distance, &gbuffer.face_normal, &gbuffer.motion_id]
+            .map(|t| wgpu::BindingResource::TextureView(t.view()));
+        let buffers = [&sized.paths, &sized.pixels, &sized.counters].map(|b| b.as_entire_binding());
+        if params.bounces > 0 {
             for sample in 0..settings.spp {
                 params.sample = sample;
                 let of_dispatch = recorder.uniform(&params);
@@ -313,49 +293,26 @@ impl Paths {
                     scene.lights.as_entire_binding(),
                 ];
                 resources.extend_from_slice(structure);
-                resources.extend([
-                    sized.paths.as_entire_binding(),
-                    sized.sums.as_entire_binding(),
-                    sized.sample_counts.as_entire_binding(),
-                    sized.counters.as_entire_binding(),
-                ]);
-                resources.extend(
-                    [&gbuffer.surface, &gbuffer.distance, &gbuffer.face_normal, &gbuffer.motion_id]
-                        .map(|t| wgpu::BindingResource::TextureView(t.view())),
-                );
+                resources.extend_from_slice(&buffers);
+                resources.extend_from_slice(&textures);
                 recorder.compute(&start, &kernels.start, &resources, groups);
-
-                let mut resources = vec![
-                    uniform.binding(),
-                    of_dispatch.binding(),
-                    wgpu::BindingResource::TextureView(scene.sky.view()),
-                    scene.brdf_table.as_entire_binding(),
-                    scene.lights.as_entire_binding(),
-                ];
-                resources.extend_from_slice(structure);
-                resources.extend([
-                    sized.paths.as_entire_binding(),
-                    sized.sums.as_entire_binding(),
-                    sized.counters.as_entire_binding(),
-                ]);
-                // A sheet passed at the first hit uses up no bounce: such a path has one segment more.
-                let most = bounces + u32::from(scene.needs.transmission);
-                resources.push(sized.any_alive.as_entire_binding());
-                for round in 0..most.div_ceil(segments) {
-                    recorder.clear(&sized.any_alive);
-                    recorder.compute(&segment, &kernels.segment, &resources, groups);
-                    if settings.bounces.is_none() && round > 0 && none_alive(recorder, &sized.any_alive) {
-                        break;
-                    }
-                }
+                let segments = Segments {
+                    pass: self.structure.pass,
+                    kernel: &kernels.segment,
+                    uniform,
+                    params: &of_dispatch,
+                    rounds: rounds(&params, scene),
+                    endless: settings.bounces.is_none(),
+                    groups,
+                };
+                segments.record(recorder, scene, structure, &buffers, &sized.counters);
                 recorder.progress((sample + 1) as f32 / settings.spp as f32);
             }
         }
         let specular = sized.light.specular.as_ref().unwrap_or(&sized.no_specular);
         let resources = [
             uniform.binding(),
-            sized.sums.as_entire_binding(),
-            sized.sample_counts.as_entire_binding(),
+            sized.pixels.as_entire_binding(),
             sized.counters.as_entire_binding(),
             wgpu::BindingResource::TextureView(sized.light.diffuse.view()),
             wgpu::BindingResource::TextureView(specular.view()),
@@ -366,21 +323,94 @@ impl Paths {
         if let Some(specular) = &sized.light.specular {
             recorder.output(&format!("{resolve}/specular"), specular);
         }
-        for (slot, name) in (0u64..).zip(["rays", "cut_rays", "iterations", "paths", "clamped"]) {
+        for (slot, name) in (0u64..).zip(COUNTER_NAMES) {
             recorder.counter(name, &sized.counters, 8 * slot);
         }
         sized.light.clone()
     }
 }
 
-/// Whether the last dispatch left no path alive. Only asked where paths have no limit: it waits for the dispatch.
-fn none_alive(recorder: &mut Recorder<'_>, any_alive: &Buffer) -> bool {
-    recorder.flush();
-    // Should reading fail, the device is gone, and the frame's end will say so.
-    recorder.gpu().read_buffer::<u32>(any_alive).is_ok_and(|words| words == [0])
+/// What every dispatch of a frame is told alike; one path of one sample, all rows to be filled in.
+fn params(
+    gpu: &Gpu,
+    scene: &GpuScene,
+    settings: &PathSettings,
+    worst_case: u32,
+    most_segments: u32,
+) -> PathParams {
+    // A segment is one straight line, however many sheets it passes; each sheet's light sample is another.
+    let lines = match (scene.light_count > 0, scene.needs.transmission) {
+        (false, _) => 1,
+        (true, false) => 2,
+        (true, true) => 1 + PASSES,
+    };
+    let segments = match gpu.loop_cap() {
+        Some(cap) => (cap / (lines * (worst_case + PASSES))).clamp(1, most_segments),
+        None => most_segments,
+    };
+    PathParams {
+        samples: 1,
+        bounces: settings.bounces.unwrap_or(ENDLESS),
+        lights: scene.light_count,
+        by_roughness: u32::from(settings.samples == SampleRule::Roughness),
+        // With a bounce limit nothing is left to chance.
+        roulette_from: if settings.bounces.is_some() { u32::MAX } else { settings.roulette_from },
+        segments,
+        ..Default::default()
+    }
 }
 
-const PATH_WGSL: &str = include_str!("path.inc.wgsl");
-const START_WGSL: &str = include_str!("start.wgsl");
-const SEGMENT_WGSL: &str = include_str!("segment.wgsl");
-const RESOLVE_WGSL: &str = include_str!("resolve.wgsl");
+/// Dispatches that take every path to its end. A sheet passed at the first hit uses up no bounce: such a path has one
+/// segment more.
+fn rounds(params: &PathParams, scene: &GpuScene) -> u32 {
+    (params.bounces + u32::from(scene.needs.transmission)).div_ceil(params.segments)
+}
+
+/// The dispatches that advance one path per pixel.
+struct Segments<'a> {
+    pass: &'static str,
+    kernel: &'a Kernel,
+    uniform: &'a Uniform,
+    params: &'a Uniform,
+    rounds: u32,
+    endless: bool,
+    groups: [u32; 3],
+}
+
+impl Segments<'_> {
+    /// `buffers` are paths, pixels, counters.
+    fn record(
+        &self,
+        recorder: &mut Recorder<'_>,
+        scene: &GpuScene,
+        structure: &[wgpu::BindingResource<'_>],
+        buffers: &[wgpu::BindingResource<'_>; 3],
+        counters: &Buffer,
+    ) {
+        let pass = format!("{}/segment", self.pass);
+        let mut resources = vec![
+            self.uniform.binding(),
+            self.params.binding(),
+            wgpu::BindingResource::TextureView(scene.sky.view()),
+            scene.brdf_table.as_entire_binding(),
+            scene.lights.as_entire_binding(),
+        ];
+        resources.extend_from_slice(structure);
+        resources.extend_from_slice(buffers);
+        for round in 0..self.rounds {
+            recorder.clear_words(counters, ANY_ALIVE..ANY_ALIVE + 1);
+            recorder.compute(&pass, self.kernel, &resources, self.groups);
+            if self.endless && round > 0 && none_alive(recorder, counters) {
+                break;
+            }
+        }
+    }
+}
+
+/// Whether the last dispatch left no path alive. Only asked where paths have no limit: it waits for the dispatch.
+fn none_alive(recorder: &mut Recorder<'_>, counters: &Buffer) -> bool {
+    recorder.flush();
+    // Should reading fail, the device is gone, and the frame's end will say so.
+    let words = recorder.gpu().read_buffer::<u32>(counters);
+    words.is_ok_and(|words| words.get(ANY_ALIVE as usize) == Some(&0))
+}

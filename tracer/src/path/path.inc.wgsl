@@ -1,7 +1,8 @@
 // A path between two segments, where its light goes, and what happens at a surface. Needs frame, surface, brdf, noise,
-// lights, sky, and what the traced structure defines: `hit_trace(origin, direction, distance, own)`, `hit_start`,
-// `hit_leave`, `hit_pass`, and `Hit` with `found`, `distance`, `surface`, `face` (towards the ray), `own` (names the
-// surface for a ray that leaves it) and `again` (it is the one that the ray leaves: passed without an effect).
+// lights, sky, a snippet with `Pixel`, and what the traced structure defines: `hit_trace(origin, direction, distance,
+// own)`, `hit_blocked` with the same arguments, `hit_start`, `hit_leave`, `hit_pass`, and `Hit` with `found`, `distance`,
+// `surface`, `front` (met from its front side), `face` (towards the ray), `own` (names the surface for a ray that leaves
+// it) and `again` (it is the one that the ray leaves: passed without an effect).
 
 struct Path {
     // Where the next segment starts, world, m.
@@ -39,12 +40,11 @@ const PATH_BOUNCE_SHIFT = 8u;
 const PATH_NO_OWN = vec2u(0xffffffffu);
 
 @group(1) @binding(30) var<storage, read_write> paths: array<Path>;
-// Two per pixel: diffuse, specular; rgb = sum of demodulated radiance, a = sum of first lengths.
-@group(1) @binding(31) var<storage, read_write> sums: array<vec4f>;
-// One per pixel: paths that started in the diffuse lobe in the low half, in the specular one in the high half.
-@group(1) @binding(32) var<storage, read_write> sample_counts: array<u32>;
-// Pairs (low, high word) in the order of the tally.
+// Where light is summed up; `Pixel` begins with the fields of pixel.inc.wgsl.
+@group(1) @binding(31) var<storage, read_write> pixels: array<Pixel>;
+// Pairs (low, high word) in the order of the tally; then a word that stays 0 where no path is left alive.
 @group(1) @binding(33) var<storage, read_write> counters: array<atomic<u32>>;
+const PATH_ANY_ALIVE = 10u;
 
 const TALLY_RAYS = 0u;
 const TALLY_CUT = 1u;
@@ -52,6 +52,11 @@ const TALLY_ITERATIONS = 2u;
 const TALLY_PATHS = 3u;
 const TALLY_COUNT = 4u;
 var<workgroup> tally: array<atomic<u32>, TALLY_COUNT>;
+
+// Place of a pixel's path and sums: rows from `first_row` on are in the buffers.
+fn path_index(id: vec2u) -> u32 {
+    return id.y * frame.trace_size.x + id.x;
+}
 
 // Adds the workgroup's tally to the 64-bit counters. Every invocation of the group calls it once, at the end.
 fn path_count(local: u32) {
@@ -72,6 +77,7 @@ fn path_surface(stored: Surface) -> Surface {
     var s = stored;
     if (!path_specular) {
         s.f0 = 0.0;
+        s.f90 = 0.0;
         s.metalness = 0.0;
     }
     if (!path_transmission) {
@@ -125,8 +131,18 @@ fn path_scatter(surface: Surface, wo: vec3f, face: vec3f, specular: bool, u: vec
     return PathScatter(sample.wi, sample.weight, sample.transmitted, sample.valid && !below);
 }
 
+// What a structure can say of a shadow ray without looking at surfaces.
+const PATH_FREE = 0u;
+const PATH_BLOCKED = 1u;
+// Something lies there that may let light through, or the structure cannot say.
+const PATH_SHEETS = 2u;
+
 // Share of light that arrives along a shadow ray: cut-outs, blends and thin panes let theirs through.
 fn path_visibility(from_point: vec3f, wi: vec3f, distance: f32, leaves: vec2u) -> vec3f {
+    let blocked = hit_blocked(from_point, wi, distance, leaves);
+    if (blocked != PATH_SHEETS) {
+        return vec3f(select(0.0, 1.0, blocked == PATH_FREE));
+    }
     var visibility = vec3f(1.0);
     var origin = from_point;
     var left = distance;

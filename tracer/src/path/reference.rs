@@ -22,6 +22,8 @@ pub(crate) struct Hit {
     pub(crate) distance: f32,
     /// As stored.
     pub(crate) surface: Surface,
+    /// Met from the side its normal is on.
+    pub(crate) front: bool,
     /// Towards the ray: nothing is reflected below it.
     pub(crate) face: Vec3,
     /// Of the face that the ray entered through, towards the ray.
@@ -285,7 +287,7 @@ impl<S: Structure> World<'_, S> {
             let point = path.origin - hit.distance * wo;
             path.first_distance += hit.distance;
             let mut surface = hit.surface;
-            let front = surface.normal.dot(wo) > 0.0;
+            let front = hit.front;
             let solid = surface.transmission > 0.0 && !surface.thin;
             let inside = solid && !front;
             if path.is_inside && (inside || !solid || hit.again) {

@@ -1,6 +1,5 @@
 // Sums of all paths become the mean of each lobe, in half floats. See mod.rs.
-@group(1) @binding(31) var<storage, read> sums: array<vec4f>;
-@group(1) @binding(32) var<storage, read> sample_counts: array<u32>;
+@group(1) @binding(31) var<storage, read> pixels: array<Pixel>;
 @group(1) @binding(33) var<storage, read_write> counters: array<atomic<u32>>;
 @group(3) @binding(0) var out_diffuse: texture_storage_2d<rgba16float, write>;
 @group(3) @binding(1) var out_specular: texture_storage_2d<rgba16float, write>;
@@ -23,10 +22,10 @@ fn path_resolve(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let index = id.y * frame.trace_size.x + id.x;
-    let samples = sample_counts[index];
+    let samples = pixels[index].samples;
     let diffuse = samples & 0xffffu;
     let specular = samples >> 16u;
-    textureStore(out_diffuse, id.xy, resolve_lobe(sums[2u * index], diffuse + specular, diffuse));
-    textureStore(out_specular, id.xy, resolve_lobe(sums[2u * index + 1u], diffuse + specular, specular));
+    textureStore(out_diffuse, id.xy, resolve_lobe(pixels[index].diffuse, diffuse + specular, diffuse));
+    textureStore(out_specular, id.xy, resolve_lobe(pixels[index].specular, diffuse + specular, specular));
     textureStore(out_samples, id.xy, vec4u(samples, 0u, 0u, 0u));
 }

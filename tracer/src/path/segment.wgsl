@@ -1,8 +1,6 @@
 // One segment of every living path: what it meets, the light it finds there, where it goes next. See mod.rs.
 
 @group(0) @binding(1) var<uniform> params: PathParams;
-// Stays 0 where no path is left alive.
-@group(1) @binding(34) var<storage, read_write> any_alive: array<atomic<u32>>;
 
 // Returns the radiance found, demodulated by the path's throughput; the path is advanced or ended.
 fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
@@ -25,7 +23,7 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         let point = (*path).origin - hit.distance * wo;
         (*path).first_distance += hit.distance;
         var surface = path_surface(hit.surface);
-        let front = dot(surface.normal, wo) > 0.0;
+        let front = hit.front;
         let solid = surface.transmission > 0.0 && !surface.thin;
         // Which side of glass this is, its normal says: thin glass can be crossed without its far side being met.
         let inside = solid && !front;
@@ -99,19 +97,24 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
 
 @compute @workgroup_size(8, 8)
 fn path_segment(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
-    if (all(id.xy < frame.trace_size)) {
-        let index = id.y * frame.trace_size.x + id.x;
+    if (all(id.xy < vec2u(frame.trace_size.x, params.rows))) {
+        let index = path_index(id.xy);
+        let pixel = id.xy + vec2u(0u, params.first_row);
         var path = paths[index];
         for (var segment = 0u; segment < params.segments && (path.state & PATH_ALIVE) != 0u; segment += 1u) {
             let first = (path.state & PATH_FIRST) != 0u;
-            let found = segment_advance(&path, id.xy);
+            let found = segment_advance(&path, pixel);
             let length = select(0.0, min(path.first_distance, frame.diagonal), first);
             path.state &= ~PATH_FIRST;
-            sums[2u * index + ((path.state & PATH_SPECULAR) >> 1u)] += vec4f(found, length);
+            if ((path.state & PATH_SPECULAR) != 0u) {
+                pixels[index].specular += vec4f(found, length);
+            } else {
+                pixels[index].diffuse += vec4f(found, length);
+            }
         }
         paths[index] = path;
         if ((path.state & PATH_ALIVE) != 0u) {
-            atomicStore(&any_alive[0], 1u);
+            atomicStore(&counters[PATH_ANY_ALIVE], 1u);
         }
     }
     path_count(local);

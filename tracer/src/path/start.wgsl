@@ -1,19 +1,14 @@
 // First vertex of one path per pixel: light samples, a lobe, a direction. See mod.rs.
 
 @group(0) @binding(1) var<uniform> params: PathParams;
-@group(2) @binding(0) var in_surface: texture_2d<u32>;
-@group(2) @binding(1) var in_distance: texture_2d<f32>;
-@group(2) @binding(2) var in_face_normal: texture_2d<u32>;
-@group(2) @binding(3) var in_motion_id: texture_2d<u32>;
 
-fn start_path(index: u32, pixel: vec2u, distance: f32) -> Path {
+fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
     var path: Path;
-    let surface = path_surface(surface_unpack_gbuffer(textureLoad(in_surface, pixel, 0)));
-    let face = surface_face_normal_unpack(textureLoad(in_face_normal, pixel, 0).x);
-    let is_back = (textureLoad(in_motion_id, pixel, 0).y & 0x80000000u) != 0u;
-    let inside = is_back && surface.transmission > 0.0 && !surface.thin;
-    let wo = -frame_view_direction(vec2f(pixel) + 0.5 + frame.jitter, frame.trace_size);
-    let point = frame.eye - distance * wo;
+    let surface = first.surface;
+    let face = first.face;
+    let wo = first.wo;
+    let point = first.point;
+    let inside = first.is_back && surface.transmission > 0.0 && !surface.thin;
 
     var of_pixel = params.samples;
     if (params.by_roughness != 0u) {
@@ -35,15 +30,15 @@ fn start_path(index: u32, pixel: vec2u, distance: f32) -> Path {
         let sample = light_sample(first_light, params.lights, point, u.xy);
         let found = path_light(surface, wo, face, sample, hit_start(point, face, face), PATH_NO_OWN);
         // A lobe that is absent stays black.
-        sums[2u * index] += vec4f(select(vec3f(0.0), found.diffuse, q > 0.0), 0.0);
-        sums[2u * index + 1u] += vec4f(found.specular / m.specular, 0.0);
+        pixels[index].diffuse += vec4f(select(vec3f(0.0), found.diffuse, q > 0.0), 0.0);
+        pixels[index].specular += vec4f(found.specular / m.specular, 0.0);
     }
 
     // Stratified over the pixel's samples, so that n samples give each lobe its share to within one.
     let u = noise_at(pixel, serial, 0u);
     let turn = noise_at(pixel, params.first_sample, 2u).x;
     let specular = fract(turn + f32(params.sample) / f32(of_pixel)) >= q;
-    sample_counts[index] += select(1u, 0x10000u, specular);
+    pixels[index].samples += select(1u, 0x10000u, specular);
     let scatter = path_scatter(surface, wo, face, specular, vec3f(noise_stratified(pixel, serial), u.z), inside);
     if (!scatter.valid) {
         return path;
@@ -65,12 +60,12 @@ fn start_path(index: u32, pixel: vec2u, distance: f32) -> Path {
 
 @compute @workgroup_size(8, 8)
 fn path_start(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
-    if (all(id.xy < frame.trace_size)) {
-        let index = id.y * frame.trace_size.x + id.x;
-        let distance = textureLoad(in_distance, id.xy, 0).x;
+    if (all(id.xy < vec2u(frame.trace_size.x, params.rows))) {
+        let index = path_index(id.xy);
+        let pixel = id.xy + vec2u(0u, params.first_row);
         var path: Path;
-        if (distance > 0.0) {
-            path = start_path(index, id.xy, distance);
+        if (first_is_hit(index, pixel)) {
+            path = start_path(index, pixel, first_load(index, pixel));
         }
         paths[index] = path;
     }

@@ -28,7 +28,8 @@ impl Structure for Ball {
         let normal = (ray.origin + distance * ray.direction).normalize();
         let face = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
         let surface = Surface { normal, tangent: normal.any_orthonormal_vector(), ..self.0 };
-        Some(Hit { distance, surface, face, entry: face, own: NO_OWN, again: false })
+        let front = normal.dot(ray.direction) < 0.0;
+        Some(Hit { distance, surface, front, face, entry: face, own: NO_OWN, again: false })
     }
 
     fn start(&self, point: Vec3, _: Vec3, _: Vec3) -> Vec3 {

@@ -16,11 +16,27 @@ mod reference;
 mod tests;
 
 use crate::path::{PathSettings, Paths, Structure};
-use crate::{Tracer, World};
+use crate::{Search, Tracer, World};
 use frame::scene_gpu::GpuScene;
 use frame::{FrameInfo, GBuffer, Gpu, GpuError, Knob, RadianceImage, Recorder, Uniform};
+use voxel::VoxelGrid;
 
 const HIT_WGSL: &str = include_str!("voxel_hit.inc.wgsl");
+
+/// What the grid brings to paths.
+pub(crate) fn structure() -> Structure {
+    Structure {
+        pass: "trace/voxel",
+        sources: vec![voxel::GRID_WGSL, HIT_WGSL],
+        binds: voxel::GRID_BINDS.to_vec(),
+        of_triangles: false,
+    }
+}
+
+/// Most iterations of one ray.
+pub(crate) fn worst_case(grid: &VoxelGrid) -> u32 {
+    voxel::grid::STEPS_PER_CELL * grid.cells.iter().copied().max().unwrap_or(0)
+}
 
 /// The id `voxel`.
 pub struct VoxelTracer {
@@ -29,13 +45,7 @@ pub struct VoxelTracer {
 
 impl Default for VoxelTracer {
     fn default() -> Self {
-        Self {
-            paths: Paths::new(Structure {
-                pass: "trace/voxel",
-                sources: &[voxel::GRID_WGSL, HIT_WGSL],
-                binds: &voxel::GRID_BINDS,
-            }),
-        }
+        Self { paths: Paths::new(structure()) }
     }
 }
 
@@ -48,12 +58,18 @@ impl Tracer for VoxelTracer {
         Vec::new()
     }
 
-    fn needs_grid(&self) -> bool {
-        true
+    fn search(&self) -> Search {
+        Search::Grid
     }
 
-    fn resize(&mut self, gpu: &Gpu, scene: &GpuScene, size: [u32; 2]) -> Result<(), GpuError> {
-        self.paths.resize(gpu, scene, size)
+    fn resize(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        size: [u32; 2],
+        paths: &PathSettings,
+    ) -> Result<(), GpuError> {
+        self.paths.resize(gpu, scene, size, paths)
     }
 
     fn trace(
@@ -69,7 +85,6 @@ impl Tracer for VoxelTracer {
             unreachable!("the pipeline builds the grid for every tracer that says it needs one");
         };
         let structure = grid.resources();
-        let worst_case = voxel::grid::STEPS_PER_CELL * grid.cells.iter().copied().max().unwrap_or(0);
-        self.paths.trace(recorder, uniform, world.scene, &structure, worst_case, frame, gbuffer, paths)
+        self.paths.trace(recorder, uniform, world.scene, &structure, worst_case(grid), frame, gbuffer, paths)
     }
 }

@@ -36,6 +36,7 @@ impl Structure for CpuVoxels {
         Some(Hit {
             distance: met.distance,
             surface,
+            front: surface.normal.dot(direction) < 0.0,
             face: towards(surface.normal),
             entry: towards(Vec3::AXES[met.axis as usize]),
             own: [record[0] & 0xff_ffff, surface.normal.dot(met.cell.as_vec3()).to_bits()],

@@ -6,6 +6,8 @@ struct Hit {
     distance: f32,
     // As stored; its normal may point away from the ray.
     surface: Surface,
+    // Met from the side its normal is on.
+    front: bool,
     // Unit, towards the ray: nothing is reflected below it. A voxel's cube says nothing about that, its surface does.
     face: vec3f,
     // Of the voxel's face that the ray entered through, towards the ray.
@@ -51,7 +53,8 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
         let record = grid_records[met.record];
         hit.surface = surface_unpack_voxel(record);
         let normal = hit.surface.normal;
-        hit.face = select(normal, -normal, dot(normal, direction) > 0.0);
+        hit.front = dot(normal, direction) < 0.0;
+        hit.face = select(-normal, normal, hit.front);
         var entry = vec3f(0.0);
         entry[met.axis] = select(1.0, -1.0, direction[met.axis] > 0.0);
         hit.entry = entry;
@@ -59,6 +62,11 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
         hit.again = hit_is_own(own, normal, met.cell);
     }
     return hit;
+}
+
+// A cell says nothing about light that passes it, its surface does.
+fn hit_blocked(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> u32 {
+    return PATH_SHEETS;
 }
 
 // Where a path starts at a surface that was rasterised: one elevation off it, on the side of `side`.

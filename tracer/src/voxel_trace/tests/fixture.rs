@@ -224,6 +224,7 @@ impl Fixture {
             by_roughness: u32::from(settings.samples == SampleRule::Roughness),
             roulette_from: if settings.bounces.is_some() { u32::MAX } else { settings.roulette_from },
             segments: 1,
+            ..PathParams::default()
         };
         let width = texels.size()[0];
         let all = texels.texels().len();
@@ -276,10 +277,11 @@ impl Fixture {
             face_normal: self.channel(texels, GBuffer::FORMATS[2], |t| t.face_normal),
             motion_id: self.channel(texels, GBuffer::FORMATS[3], |t| t.motion_id),
         };
-        tracer.resize(gpu, &self.scene, self.frame.trace_size).unwrap();
+        tracer.resize(gpu, &self.scene, self.frame.trace_size, settings).unwrap();
         let mut recorder = Recorder::new(gpu);
         let uniform = recorder.uniform(&self.frame.uniform());
-        let world = World { scene: &self.scene, grid: Some(&grid) };
+        let world =
+            World { scene: &self.scene, mesh: &self.scene.mesh, grid: Some(&grid), lbvh: None, cwbvh: None };
         let light = tracer.trace(&mut recorder, &self.frame, &uniform, world, &gbuffer, settings);
         let log = recorder.finish().unwrap();
         let bits = [&light.diffuse, light.specular.as_ref().unwrap()].map(|t| gpu.read_texture(t).unwrap());

@@ -1,0 +1,180 @@
+//! Converged images: what every error is measured against.
+//!
+//! In: a [`Pipeline`] and which structure its paths search. Out: mean radiance per pixel of the display (linear,
+//! unscaled), its standard error, and a state from which a later run goes on. Each sample is one path through a random
+//! point of the pixel (box filter), with f32 materials and sums: nothing quantised, filtered or lifted.
+//!
+//! Samples are taken [`CHUNK`] at a time, always the same ones together, so that a run that was interrupted and
+//! resumed gives the bits of one that was not. Their random numbers are others than a render's of the same seed: an
+//! image must not share its noise with what it is compared with.
+
+mod content;
+mod moments;
+mod state;
+
+pub use content::content_hash;
+pub use moments::Moments;
+
+use crate::output::log::{Adapter, MemoryBytes};
+use crate::pipeline::Pipeline;
+use crate::{Error, RenderSettings, output};
+use frame::cpu::Image;
+use serde::Serialize;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::{Duration, Instant};
+use tracer::Search;
+
+/// Samples between two looks at the sums.
+pub const CHUNK: u32 = 4;
+
+/// A run writes its state and pictures this often.
+const CHECKPOINT: Duration = Duration::from_secs(20);
+
+/// Fewer samples say little about their own error.
+const LEAST_FOR_UNTIL: u64 = 16;
+
+/// When a run is done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// Samples per pixel, at most.
+    pub spp: u32,
+    /// Or as soon as the root of [`Moments::noise_rel_mse`] is at most this.
+    pub until: Option<f64>,
+}
+
+impl Goal {
+    fn is_reached(&self, moments: &Moments) -> bool {
+        let is_sure = |until| moments.count >= LEAST_FOR_UNTIL && moments.noise_rel_mse().sqrt() <= until;
+        moments.count >= u64::from(self.spp) || self.until.is_some_and(is_sure)
+    }
+}
+
+/// `log.json` of a reference.
+#[derive(Debug, Serialize)]
+struct Log<'a> {
+    adapter: Adapter,
+    settings: &'a RenderSettings,
+    reference: Summary,
+    memory_bytes: MemoryBytes,
+}
+
+/// What a run came to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Samples per pixel.
+    pub spp: u64,
+    /// Of these, from an earlier run.
+    pub resumed_spp: u64,
+    /// Mean of `s^2 / (r^2 + 0.01)`.
+    pub noise_rel_mse: f64,
+    /// Its root.
+    pub rel_error: f64,
+    /// Of this run, s.
+    pub seconds: f64,
+    /// Values that are negative or no numbers; none.
+    pub strange: usize,
+}
+
+/// A converged image.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Mean radiance.
+    pub mean: Image<[f32; 3]>,
+    /// Its standard error.
+    pub standard_error: Image<[f32; 3]>,
+    /// How it was come by.
+    pub summary: Summary,
+}
+
+/// What decides a reference's pixels, and nothing else: two with equal keys are the same image.
+pub fn key(pipeline: &Pipeline, search: Search) -> Value {
+    let settings = pipeline.settings();
+    let mut all = serde_json::to_value(settings).unwrap_or_default();
+    if let Some(fields) = all.as_object_mut() {
+        // Stages and sizes that only a render has.
+        for name in ["trace_size", "denoiser", "upsampler", "spp", "frames", "fps", "tracer", "scene", "sets"]
+        {
+            fields.remove(name);
+        }
+        if search != Search::Grid {
+            fields.remove("grid");
+        }
+        let takes_part = |id: &str| {
+            id == "tracer" || id == settings.tessellator || (id == "voxel" && search == Search::Grid)
+        };
+        let sets: Vec<String> = settings
+            .sets
+            .iter()
+            .filter(|set| takes_part(&set.id))
+            .map(|set| format!("{}.{}={}", set.id, set.knob, set.value))
+            .collect();
+        fields.insert("sets".into(), json!(sets));
+        fields.insert("content".into(), json!(content_hash(pipeline.scene(), settings.time)));
+        fields.insert("structure".into(), json!(if search == Search::Grid { "voxel" } else { "bvh" }));
+    }
+    all
+}
+
+/// Converges in `folder`, going on from what an earlier run of the same settings left there. Leaves `reference.exr`,
+/// `stderr.exr`, `log.json` and `reference.state`, each whole at every moment.
+///
+/// # Errors
+/// What lies there belongs to something else or is broken, the device fails, or a file cannot be written.
+pub fn run(pipeline: &mut Pipeline, search: Search, goal: Goal, folder: &Path) -> Result<Reference, Error> {
+    let key = key(pipeline, search);
+    let size = pipeline.settings().display_size;
+    output::folder(folder)?;
+    let state_path = folder.join("reference.state");
+    let mut moments = state::read(&state_path, &key, size)?.unwrap_or_else(|| Moments::new(size));
+    let resumed_spp = moments.count;
+    let begun = Instant::now();
+    let summary = |moments: &Moments| {
+        let noise_rel_mse = moments.noise_rel_mse();
+        Summary {
+            spp: moments.count,
+            resumed_spp,
+            noise_rel_mse,
+            rel_error: noise_rel_mse.sqrt(),
+            seconds: begun.elapsed().as_secs_f64(),
+            strange: moments.strange(),
+        }
+    };
+    let save = |pipeline: &Pipeline, moments: &Moments| -> Result<Reference, Error> {
+        let reference = Reference {
+            mean: moments.mean(),
+            standard_error: moments.standard_error(),
+            summary: summary(moments),
+        };
+        let log = Log {
+            adapter: Adapter::of(pipeline.gpu()),
+            settings: pipeline.settings(),
+            reference: reference.summary.clone(),
+            memory_bytes: MemoryBytes::of(pipeline.gpu()),
+        };
+        let text = serde_json::to_string_pretty(&log)
+            .map_err(|e| Error::Write { path: folder.join("log.json"), message: e.to_string() })?;
+        state::write(&state_path, &key, moments)?;
+        output::color_exr(&folder.join("reference.exr"), &reference.mean)?;
+        output::color_exr(&folder.join("stderr.exr"), &reference.standard_error)?;
+        output::write(&folder.join("log.json"), (text + "\n").as_bytes())?;
+        Ok(reference)
+    };
+
+    let mut saved = Instant::now();
+    if !goal.is_reached(&moments) {
+        let mut sampler = pipeline.sampler(search)?;
+        while !goal.is_reached(&moments) {
+            // Chunks end at multiples of CHUNK wherever a run began.
+            let first = u32::try_from(moments.count).unwrap_or(u32::MAX);
+            let end = (first / CHUNK + 1).saturating_mul(CHUNK).min(goal.spp);
+            pipeline.sample(&mut sampler, first..end, &mut moments)?;
+            if saved.elapsed() >= CHECKPOINT {
+                save(pipeline, &moments)?;
+                saved = Instant::now();
+            }
+            pipeline.progress().report("converging", end as f32 / goal.spp as f32);
+        }
+    }
+    save(pipeline, &moments)
+}

@@ -1,0 +1,139 @@
+//! The kernels of a scene: what it does not have is not in them.
+
+use super::{PASSES, PathParams, Structure};
+use crate::{Conventions, lights, noise};
+use frame::scene_gpu::{self, GpuScene};
+use frame::{Bind, Gpu, GpuError, Kernel, KernelDesc, RadianceImage, brdf, info, surface};
+use wgpu::TextureFormat;
+
+const PARAMS_WGSL: &str = "
+struct PathParams {
+    sample: u32, samples: u32, first_sample: u32, bounces: u32,
+    lights: u32, by_roughness: u32, roulette_from: u32, segments: u32,
+    first_row: u32, rows: u32,
+}";
+const PATH_WGSL: &str = include_str!("path.inc.wgsl");
+const PIXEL_WGSL: &str = include_str!("pixel.inc.wgsl");
+const PIXEL_CAMERA_WGSL: &str = include_str!("pixel_camera.inc.wgsl");
+const FIRST_GBUFFER_WGSL: &str = include_str!("first_gbuffer.inc.wgsl");
+const FIRST_CAMERA_WGSL: &str = include_str!("first_camera.inc.wgsl");
+
+const PATHS: Bind = Bind::storage(1, 30, "paths");
+const PIXELS: Bind = Bind::storage(1, 31, "pixels");
+const COUNTERS: Bind = Bind::storage(1, 33, "counters");
+const OF_FRAME: [Bind; 2] =
+    [Bind::uniform::<info::Frame>(0, 0, "frame"), Bind::uniform::<PathParams>(0, 1, "params")];
+
+/// Makes kernels of one structure for one scene.
+pub(super) struct Workshop<'a> {
+    pub(super) gpu: &'a Gpu,
+    pub(super) structure: &'a Structure,
+    pub(super) scene: &'a GpuScene,
+    pub(super) conventions: Conventions,
+    /// A pixel's first hit comes from its own camera ray, not from the G-buffer.
+    pub(super) camera: bool,
+}
+
+impl Workshop<'_> {
+    fn pixel(&self) -> &'static str {
+        if self.camera { PIXEL_CAMERA_WGSL } else { PIXEL_WGSL }
+    }
+
+    fn kernel(&self, entry: &str, last: &[&str], bindings: &[Bind]) -> Result<Kernel, GpuError> {
+        let shared = [
+            info::WGSL,
+            surface::WGSL,
+            brdf::WGSL,
+            noise::WGSL,
+            scene_gpu::LIGHT_WGSL,
+            lights::WGSL,
+            scene_gpu::SKY_WGSL,
+            PARAMS_WGSL,
+            self.pixel(),
+        ];
+        let sources: Vec<&str> =
+            shared.iter().chain(&self.structure.sources).chain(&[PATH_WGSL]).chain(last).copied().collect();
+        let needs = &self.scene.needs;
+        let mut constants = vec![
+            ("path_lights", f64::from(needs.shadow_rays)),
+            ("path_specular", f64::from(needs.specular)),
+            ("path_transmission", f64::from(needs.transmission)),
+            ("path_coverage", f64::from(needs.coverage)),
+            ("path_passes", f64::from(PASSES)),
+            ("brdf_separable", f64::from(self.conventions == Conventions::Reference)),
+        ];
+        if self.structure.of_triangles {
+            constants.extend(self.scene.constants());
+            constants.extend(self.conventions.of_triangles());
+        }
+        let workgroup = [8, 8, 1];
+        let desc =
+            KernelDesc { name: entry, sources: &sources, entry, workgroup, bindings, constants: &constants };
+        Ok(Kernel::new(self.gpu, &desc)?)
+    }
+
+    /// Bindings: frame, params, table, lights, the structure's, paths, pixels, counters; then the G-buffer, if it is read.
+    pub(super) fn start(&self) -> Result<Kernel, GpuError> {
+        let mut bindings = OF_FRAME.to_vec();
+        bindings.extend([scene_gpu::BRDF_TABLE_BIND, scene_gpu::LIGHTS_BIND]);
+        bindings.extend(&self.structure.binds);
+        bindings.extend([PATHS, PIXELS, COUNTERS]);
+        if !self.camera {
+            bindings.extend([
+                Bind::texture_uint(2, 0, "in_surface"),
+                Bind::texture(2, 1, "in_distance"),
+                Bind::texture_uint(2, 2, "in_face_normal"),
+                Bind::texture_uint(2, 3, "in_motion_id"),
+            ]);
+        }
+        let first = if self.camera { FIRST_CAMERA_WGSL } else { FIRST_GBUFFER_WGSL };
+        self.kernel("path_start", &[first, include_str!("start.wgsl")], &bindings)
+    }
+
+    /// Bindings: frame, params, sky, table, lights, the structure's, paths, pixels, counters.
+    pub(super) fn segment(&self) -> Result<Kernel, GpuError> {
+        let mut bindings = OF_FRAME.to_vec();
+        bindings.extend([scene_gpu::SKY_BIND, scene_gpu::BRDF_TABLE_BIND, scene_gpu::LIGHTS_BIND]);
+        bindings.extend(&self.structure.binds);
+        bindings.extend([PATHS, PIXELS, COUNTERS]);
+        self.kernel("path_segment", &[include_str!("segment.wgsl")], &bindings)
+    }
+
+    /// Bindings: frame, params, sky, the structure's, pixels, counters.
+    pub(super) fn camera_ray(&self) -> Result<Kernel, GpuError> {
+        let mut bindings = OF_FRAME.to_vec();
+        bindings.push(scene_gpu::SKY_BIND);
+        bindings.extend(&self.structure.binds);
+        bindings.extend([PIXELS, COUNTERS]);
+        self.kernel("path_camera", &[FIRST_CAMERA_WGSL, include_str!("camera.wgsl")], &bindings)
+    }
+
+    /// Bindings: frame, params, table, pixels, moments.
+    pub(super) fn moments(&self) -> Result<Kernel, GpuError> {
+        let mut bindings = OF_FRAME.to_vec();
+        bindings.extend([scene_gpu::BRDF_TABLE_BIND, PIXELS, Bind::storage(3, 0, "moments")]);
+        self.kernel("path_moments", &[FIRST_CAMERA_WGSL, include_str!("moments.wgsl")], &bindings)
+    }
+}
+
+/// Bindings: frame, pixels, counters, both lobes, sample counts.
+pub(super) fn resolve(gpu: &Gpu) -> Result<Kernel, GpuError> {
+    let bindings = [
+        OF_FRAME[0],
+        Bind::storage_read(1, 31, "pixels"),
+        COUNTERS,
+        Bind::storage_texture(3, 0, "out_diffuse", RadianceImage::FORMAT),
+        Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
+        Bind::storage_texture(3, 2, "out_samples", TextureFormat::R32Uint),
+    ];
+    let sources = [info::WGSL, frame::HALF_WGSL, PIXEL_WGSL, include_str!("resolve.wgsl")];
+    let desc = KernelDesc {
+        name: "path_resolve",
+        sources: &sources,
+        entry: "path_resolve",
+        workgroup: [8, 8, 1],
+        bindings: &bindings,
+        constants: &[],
+    };
+    Ok(Kernel::new(gpu, &desc)?)
+}

@@ -1,0 +1,21 @@
+// The light of one path per pixel, modulated, added to the sums of all samples and of their squares. See camera.rs.
+
+@group(0) @binding(1) var<uniform> params: PathParams;
+// Two per pixel: sum of radiance and the number of samples; sum of squares.
+@group(3) @binding(0) var<storage, read_write> moments: array<vec4f>;
+
+@compute @workgroup_size(8, 8)
+fn path_moments(@builtin(global_invocation_id) id: vec3u) {
+    if (any(id.xy >= vec2u(frame.trace_size.x, params.rows))) {
+        return;
+    }
+    let index = path_index(id.xy);
+    var radiance = pixels[index].direct;
+    if (first_is_hit(index, id.xy)) {
+        let first = first_load(index, id.xy);
+        let m = brdf_modulators(first.surface, max(dot(first.surface.normal, first.wo), 0.0));
+        radiance += m.diffuse * pixels[index].diffuse.rgb + m.specular * pixels[index].specular.rgb;
+    }
+    moments[2u * index] += vec4f(radiance, 1.0);
+    moments[2u * index + 1u] += vec4f(radiance * radiance, 0.0);
+}
