@@ -14,6 +14,8 @@
 //! Of equally distant triangles the lower number wins, whatever the order of the walk. A ray visits at most 4,096
 //! nodes; `cut` says that it wanted more.
 
+pub mod cwbvh;
+
 use frame::{Bind, Buffer};
 
 /// Ray, hit, slab and triangle: `bvh_ray`, `bvh_slab`, `bvh_triangle`, `bvh_is_sheet`.

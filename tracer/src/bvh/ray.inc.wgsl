@@ -16,6 +16,9 @@ struct BvhParams {
 @group(1) @binding(22) var<uniform> bvh_params: BvhParams;
 
 const BVH_NONE = 0xffffffffu;
+const BVH_FREE = 0u;
+const BVH_BLOCKED = 1u;
+const BVH_SHEETS = 2u;
 // Most nodes that a ray visits; what is cut off is counted.
 const BVH_MOST_VISITS = 4096u;
 // Components of a direction are kept away from 0 by this, so that no quotient leaves the range of floats.

@@ -1,0 +1,222 @@
+//! What the builder makes.
+
+use super::super::reference::CpuCwbvh;
+use super::super::{Quality, build};
+use super::fixture::{BLOCKED, Fixture, NONE, TestRay, bumpy_ball, soup};
+use crate::bvh::margin;
+use frame::scene_gpu::GpuMesh;
+use glam::Vec3;
+use scene::Scene;
+use std::path::Path;
+
+/// Walks all nodes: every triangle in one leaf, all its corners in every box above it with most of the margin left.
+/// Returns the depth.
+fn check_tree(twin: &CpuCwbvh, largest: f32, kept: &[u32]) -> u32 {
+    let node = |i: u32| -> [[u32; 4]; 5] { std::array::from_fn(|k| twin.elements[5 * i as usize + k]) };
+    let byte = |words: &[u32], i: usize| words[i / 4].to_le_bytes()[i % 4];
+    // A quarter goes into roundings (tree.rs).
+    let spare = 0.75 * margin(largest);
+    let mut seen = Vec::new();
+    let mut deepest = 0;
+    let mut open: Vec<(u32, Vec<[Vec3; 2]>)> = if kept.is_empty() { vec![] } else { vec![(0, vec![])] };
+    while let Some((index, above)) = open.pop() {
+        deepest = deepest.max(above.len() as u32);
+        let [head, slots, ends @ ..] = node(index);
+        let mut children = slots[0];
+        for slot in 0..8 {
+            let kind = byte(&slots[2..], slot);
+            let plane = |axis: usize, first: usize| {
+                let step = f32::from_bits(u32::from(head[3].to_le_bytes()[axis]) << 23);
+                f32::from_bits(head[axis]) + f32::from(byte(&ends[axis][first..], slot)) * step
+            };
+            let end = |first| Vec3::from_array([0, 1, 2].map(|axis| plane(axis, first)));
+            let mut around = above.clone();
+            around.push([end(0), end(2)]);
+            if head[3] >> (24 + slot) & 1 == 1 {
+                assert_eq!(kind, 32 + 24 + slot as u8);
+                open.push((children, around));
+                children += 1;
+                continue;
+            }
+            for k in 0..(kind >> 5).count_ones() {
+                let at = (twin.params.triangles_at + 3 * (slots[1] + u32::from(kind & 31) + k)) as usize;
+                let triangle = &twin.elements[at..at + 3];
+                seen.push(triangle[0][3]);
+                for corner in triangle {
+                    let [x, y, z, _] = corner.map(f32::from_bits);
+                    let corner = Vec3::new(x, y, z).as_dvec3();
+                    for (level, [low, high]) in around.iter().enumerate() {
+                        let room = (corner - low.as_dvec3()).min(high.as_dvec3() - corner).min_element();
+                        assert!(room >= f64::from(spare), "node {index}, level {level}: {room} < {spare}");
+                    }
+                }
+            }
+        }
+    }
+    seen.sort_unstable();
+    assert_eq!(seen, kept);
+    deepest
+}
+
+fn check(fixture: &Fixture) {
+    let bounds = fixture.geometry.bounds();
+    let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
+    let all: Vec<_> = (0..fixture.geometry.triangles.len() as u32).collect();
+    assert_eq!(check_tree(&fixture.twin(), largest, &all), fixture.cwbvh.depth);
+}
+
+#[test]
+fn boxes_hold_every_triangle_once_at_every_quality() {
+    let mut fixture = Fixture::named("courtyard");
+    let rays = fixture.random_rays(500, 1);
+    let expected: Vec<_> = fixture.trace(&rays).iter().map(|h| (h.triangle, h.distance, h.weights)).collect();
+    for quality in [Quality::Fast, Quality::Medium, Quality::Slow] {
+        fixture.rebuild(quality);
+        check(&fixture);
+        let hits = fixture.trace(&rays);
+        let visits: u32 = hits.iter().map(|hit| hit.visits).sum();
+        println!(
+            "{quality:?}: {} nodes, depth {}, {visits} visits",
+            fixture.cwbvh.bvh.node_count, fixture.cwbvh.depth
+        );
+        // The triangle's bits do not depend on the tree.
+        assert!(
+            hits.iter().map(|h| (h.triangle, h.distance, h.weights)).eq(expected.iter().copied()),
+            "{quality:?}"
+        );
+    }
+}
+
+#[test]
+fn boxes_hold_their_triangles_at_every_size() {
+    // Boxes a few roundings longer than 255 steps: a rounded logarithm takes them for 255. Here from -1/2 to 1/2 of that,
+    // from a tenth of a millimetre to a thousand kilometres.
+    for exponent in -20..13 {
+        for ulps in [0.0, 1.0, 2.0, 4.0, 8.0, 64.0] {
+            let half = 0.5 * 255.0 * 2f32.powi(exponent) * (1.0 + ulps * f32::EPSILON);
+            let small = half / 64.0;
+            let at = |p: Vec3| [p, p + small * Vec3::X, p - small * Vec3::Y];
+            let mut triangles: Vec<_> =
+                (0..40).map(|i| at(half * (i as f32 / 40.0 - 0.5) * Vec3::ONE)).collect();
+            let far = Vec3::splat(half / (1.0 + margin(1.0)));
+            triangles
+                .extend([[far, far - small * Vec3::X, far - small * Vec3::Y], [-far, small - far, -far]]);
+            let geometry = soup(&triangles);
+            let corners: Vec<_> = geometry.triangles.iter().map(|t| geometry.corners(t)).collect();
+            let tree = super::super::tree::Tree::new(&corners, Quality::Medium).unwrap();
+            let all: Vec<_> = corners
+                .iter()
+                .zip(0..)
+                .map(|(corners, number)| super::super::Triangle {
+                    number,
+                    corners: *corners,
+                    is_sheet: false,
+                })
+                .collect();
+            let params = crate::bvh::BvhParams {
+                triangles_at: 5 * tree.nodes.len() as u32,
+                triangle_count: all.len() as u32,
+                node_count: tree.nodes.len() as u32,
+                _pad: 0,
+            };
+            let twin = CpuCwbvh { elements: super::super::elements(&tree, &all), params };
+            let kept: Vec<_> = (0..all.len() as u32).collect();
+            assert_eq!(check_tree(&twin, far.x, &kept), tree.depth);
+        }
+    }
+}
+
+#[test]
+fn no_triangle_and_one() {
+    let rays = [TestRay::new(Vec3::ZERO, Vec3::Z), TestRay::new(Vec3::ZERO, -Vec3::Z)];
+    let fixture = Fixture::of(&[]);
+    for hit in fixture.trace(&rays) {
+        assert_eq!((hit.triangle, hit.visits, hit.cut, hit.blocked), (NONE, 0, 0, 0));
+    }
+    let fixture =
+        Fixture::of(&[[Vec3::new(-1.0, -1.0, 1.0), Vec3::new(3.0, -1.0, 1.0), Vec3::new(-1.0, 3.0, 1.0)]]);
+    let hits = fixture.trace(&rays);
+    assert_eq!((hits[0].triangle, hits[0].distance, hits[0].blocked), (0, 1.0, BLOCKED));
+    assert_eq!((hits[1].triangle, hits[1].visits), (NONE, 1));
+    check(&fixture);
+}
+
+#[test]
+fn what_is_not_finite_is_not_met() {
+    let wall = |z: f32| [Vec3::new(-1.0, -1.0, z), Vec3::new(3.0, -1.0, z), Vec3::new(-1.0, 3.0, z)];
+    let bad = |value: f32| [Vec3::new(value, -1.0, 0.5), wall(0.5)[1], wall(0.5)[2]];
+    let mut geometry = soup(&[wall(1.0), wall(2.0), wall(3.0), wall(4.0), wall(5.0)]);
+    let scene = Scene::load("cornell").unwrap();
+    // Made bad after the upload, as a displacement could.
+    let mut fixture = Fixture::new(&scene, geometry.clone());
+    for (i, value) in [f32::NAN, f32::INFINITY, -1e20].into_iter().enumerate() {
+        geometry.positions[3 * i..3 * i + 3].copy_from_slice(&bad(value));
+    }
+    let mesh = GpuMesh::new(&fixture.gpu, &geometry).unwrap();
+    fixture.cwbvh = build(&fixture.gpu, &fixture.uploaded, &mesh, Quality::Medium).unwrap();
+    assert_eq!(fixture.cwbvh.triangle_count, 2);
+    let hit = fixture.trace(&[TestRay::new(Vec3::ZERO, Vec3::Z)])[0];
+    assert_eq!((hit.triangle, hit.distance), (3, 4.0));
+    check_tree(&fixture.twin(), 5.0, &[3, 4]);
+}
+
+#[test]
+fn points_and_needles_do_not_hurt() {
+    // All at one point, then without any extent along two axes.
+    let point = Fixture::of(&[[Vec3::ZERO; 3]; 100]);
+    let needles: Vec<_> =
+        (0..100).map(|i| [Vec3::X * i as f32, Vec3::X * (i + 1) as f32, Vec3::X * i as f32]).collect();
+    for fixture in [point, Fixture::of(&needles)] {
+        check(&fixture);
+        let rays = [
+            TestRay::new(Vec3::ONE, -Vec3::ONE),
+            TestRay::new(Vec3::X, Vec3::X),
+            TestRay::new(Vec3::ZERO, Vec3::Z),
+        ];
+        assert!(fixture.trace(&rays).iter().all(|hit| hit.triangle == NONE));
+    }
+}
+
+#[test]
+fn many_copies_stay_shallow() {
+    let ball = bumpy_ball(8, 3);
+    let corners: Vec<_> = ball.triangles.iter().map(|t| ball.corners(t)).collect();
+    let fixture = Fixture::of(&corners.repeat(100));
+    println!("{} triangles, depth {}", fixture.cwbvh.triangle_count, fixture.cwbvh.depth);
+    check(&fixture);
+}
+
+#[test]
+fn sponza() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/scenes/sponza/sponza.gltf");
+    if std::env::var_os("GRIDLIGHT_SHARED").is_none() || !Path::new(path).is_file() {
+        println!("skipped: GRIDLIGHT_SHARED is not set, or no file {path}");
+        return;
+    }
+    let mut fixture = Fixture::named(path);
+    let rays = fixture.random_rays(20_000, 1);
+    for quality in [Quality::Fast, Quality::Medium, Quality::Slow] {
+        fixture.rebuild(quality);
+        let hits = fixture.trace(&rays);
+        let per_ray = hits.iter().map(|hit| f64::from(hit.visits)).sum::<f64>() / rays.len() as f64;
+        let most = hits.iter().map(|hit| hit.visits).max();
+        let c = &fixture.cwbvh;
+        println!(
+            "{quality:?}: {} triangles, {:.0} ms, {} nodes, depth {}, {:.1} MB, {per_ray:.1} visits per ray, at most {most:?}",
+            c.triangle_count,
+            c.build_ms,
+            c.bvh.node_count,
+            c.depth,
+            c.bvh.elements.bytes() as f64 / 1e6,
+        );
+        assert!(hits.iter().all(|hit| hit.cut == 0));
+        check(&fixture);
+        let twin = fixture.twin();
+        let count = 4000;
+        let same = rays.iter().zip(&hits).take(count).filter(|(ray, hit)| {
+            twin.closest(ray.origin.into(), ray.direction.into(), ray.t_max, ray.skip).visits == hit.visits
+        });
+        // As for the built-in scenes.
+        assert!(100 * same.count() >= 99 * count);
+    }
+}
