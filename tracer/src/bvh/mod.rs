@@ -14,6 +14,9 @@
 //! Of equally distant triangles the lower number wins, whatever the order of the walk. A ray visits at most 4,096
 //! nodes; `cut` says that it wanted more.
 
+pub mod lbvh;
+pub mod rays;
+
 use frame::{Bind, Buffer};
 
 /// Ray, hit, slab and triangle: `bvh_ray`, `bvh_slab`, `bvh_triangle`, `bvh_is_sheet`.
@@ -25,6 +28,13 @@ pub const BVH_BINDS: [Bind; 2] =
 
 /// Most nodes that a ray visits (contract, "Limits and time").
 pub const MOST_VISITS: u32 = 4096;
+
+/// Nothing lies on a ray.
+pub const FREE: u32 = 0;
+/// Something on it lets no light through.
+pub const BLOCKED: u32 = 1;
+/// Only masks, blends and thin panes lie on it.
+pub const SHEETS: u32 = 2;
 
 frame::gpu_struct! {
     /// See `ray.inc.wgsl`.
