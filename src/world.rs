@@ -117,7 +117,7 @@ impl Searches {
             scene,
             mesh,
             grid: self.grid.as_ref(),
-            lbvh: self.lbvh.as_ref().map(Lbvh::bvh),
+            lbvh: self.lbvh.as_deref(),
             cwbvh: self.cwbvh.as_ref().map(|built| &built.bvh),
         }
     }

@@ -15,6 +15,8 @@
 //! nodes; `cut` says that it wanted more.
 
 pub mod cwbvh;
+pub mod lbvh;
+pub mod rays;
 
 use frame::{Bind, Buffer};
 
@@ -27,6 +29,13 @@ pub const BVH_BINDS: [Bind; 2] =
 
 /// Most nodes that a ray visits (contract, "Limits and time").
 pub const MOST_VISITS: u32 = 4096;
+
+/// Nothing lies on a ray.
+pub const FREE: u32 = 0;
+/// Something on it lets no light through.
+pub const BLOCKED: u32 = 1;
+/// Only masks, blends and thin panes lie on it.
+pub const SHEETS: u32 = 2;
 
 frame::gpu_struct! {
     /// See `ray.inc.wgsl`.

@@ -16,13 +16,15 @@ struct BvhParams {
 @group(1) @binding(22) var<uniform> bvh_params: BvhParams;
 
 const BVH_NONE = 0xffffffffu;
-const BVH_FREE = 0u;
-const BVH_BLOCKED = 1u;
-const BVH_SHEETS = 2u;
 // Most nodes that a ray visits; what is cut off is counted.
 const BVH_MOST_VISITS = 4096u;
 // Components of a direction are kept away from 0 by this, so that no quotient leaves the range of floats.
 const BVH_LEAST = 1e-20;
+
+// Answers of bvh_blocked: nothing lies on the ray; something that lets no light through; only what may let it through.
+const BVH_FREE = 0u;
+const BVH_BLOCKED = 1u;
+const BVH_SHEETS = 2u;
 
 struct BvhHit {
     // BVH_NONE: nothing was met.
@@ -72,13 +74,14 @@ fn bvh_slab(ray: BvhRay, low: vec3f, high: vec3f, t_max: f32) -> vec2f {
 }
 
 // Twice the signed area of the origin and an edge: the same bits but for the sign whichever way round the edge is
-// walked, even where a driver fuses a product with the difference. Triangles that share it leave no gap.
+// walked, even where a driver fuses a product with the difference. Triangles that share it leave no gap. An edge
+// without length has none: fused, it would have that of a rounding, and a triangle shrunk to a point would be met.
 fn bvh_edge(a: vec2f, b: vec2f) -> f32 {
     let swapped = a.x > b.x || (a.x == b.x && a.y > b.y);
     let p = select(a, b, swapped);
     let q = select(b, a, swapped);
     let area = p.x * q.y - p.y * q.x;
-    return select(area, -area, swapped);
+    return select(select(area, -area, swapped), 0.0, all(a == b));
 }
 
 // Meets one triangle, by its place among the triangles; keeps the nearer of it and what is there, of equally distant
