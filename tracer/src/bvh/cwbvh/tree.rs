@@ -7,6 +7,7 @@
 
 use super::{CwbvhError, Quality, STACK};
 use crate::bvh::margin;
+use frame::surface;
 use glam::Vec3;
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -15,6 +16,7 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::cwbvh::node::CwBvhNode;
 use obvhs::ploc::PlocBuilder;
+use std::collections::HashMap;
 
 /// Elements of 16 bytes per node.
 pub(super) const NODE_ELEMENTS: u32 = (size_of::<CwBvhNode>() / 16) as u32;
@@ -24,6 +26,12 @@ const STEPS: f64 = 255.0;
 
 /// Triangles in a leaf: as many as a node has bits for.
 const LEAF_TRIANGLES: u32 = 3;
+
+/// A scene is taken for at least so large, m, so that there is a margin even where all corners are at the origin.
+const LEAST_M: f32 = 1e-6;
+
+/// So many boxes may be the same: chains of them add few levels, and the two triangles of a rectangle are left as they are.
+const COPIES: u32 = 8;
 
 /// Nodes, the root first, children after their parents.
 pub(super) struct Tree {
@@ -46,11 +54,25 @@ impl Tree {
     }
 }
 
-/// Around each triangle, grown.
+/// Around each triangle, grown by the margin. Where many are the same, the builder would pair them one by one into a chain;
+/// so from [`COPIES`] on each is grown on one side or the other by up to as much again, at random, and there is a nearest
+/// to each.
 pub(super) fn boxes(corners: &[[Vec3; 3]]) -> Vec<Aabb> {
-    let largest = corners.as_flattened().iter().map(|c| c.abs().max_element()).fold(0.0, f32::max);
-    let margin = Vec3::splat(margin(largest));
-    let grown = corners.iter().map(|[a, b, c]| [a.min(*b).min(*c) - margin, a.max(*b).max(*c) + margin]);
+    let largest = corners.as_flattened().iter().map(|c| c.abs().max_element()).fold(LEAST_M, f32::max);
+    let margin = margin(largest);
+    let mut seen: HashMap<[u32; 6], u32> = HashMap::new();
+    let grown = corners.iter().map(|[a, b, c]| {
+        let (low, high) = (a.min(*b).min(*c), a.max(*b).max(*c));
+        let [[x, y, z], [u, v, w]] = [low, high].map(|end| end.to_array().map(f32::to_bits));
+        let copy = seen.entry([x, y, z, u, v, w]).or_default();
+        *copy += 1;
+        if *copy <= COPIES {
+            return [low - margin, high + margin];
+        }
+        let random = |axis| (surface::hash(3 * *copy + axis) >> 8) as f32 / 16_777_216.0;
+        let shift = margin * Vec3::new(random(0), random(1), random(2));
+        [low - (margin + shift), high + (2.0 * margin - shift)]
+    });
     grown.map(|[low, high]| Aabb::new(low.to_array().into(), high.to_array().into())).collect()
 }
 
