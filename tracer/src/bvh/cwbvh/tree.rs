@@ -8,7 +8,7 @@
 use super::{CwbvhError, Quality, STACK};
 use crate::bvh::margin;
 use frame::surface;
-use glam::Vec3;
+use glam::{IVec3, Vec3};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -45,10 +45,14 @@ pub(super) struct Tree {
 impl Tree {
     /// Builds from the corners of triangles, m.
     pub(super) fn new(corners: &[[Vec3; 3]], quality: Quality) -> Result<Self, CwbvhError> {
-        let CwBvh { nodes, primitive_indices: order, .. } = cwbvh(&boxes(corners), quality);
+        Self::of(cwbvh(&boxes(corners), quality))
+    }
+
+    /// Refuses what is too deep.
+    pub(super) fn of(CwBvh { nodes, primitive_indices: order, .. }: CwBvh) -> Result<Self, CwbvhError> {
         let depth = depth(&nodes);
         if depth > STACK {
-            return Err(CwbvhError::TooDeep { triangles: corners.len(), depth, allowed: STACK });
+            return Err(CwbvhError::TooDeep { triangles: order.len(), depth, allowed: STACK });
         }
         Ok(Self { nodes, order, depth })
     }
@@ -60,12 +64,13 @@ impl Tree {
 pub(super) fn boxes(corners: &[[Vec3; 3]]) -> Vec<Aabb> {
     let largest = corners.as_flattened().iter().map(|c| c.abs().max_element()).fold(LEAST_M, f32::max);
     let margin = margin(largest);
-    let mut seen: HashMap<[u32; 6], u32> = HashMap::new();
+    let mut seen: HashMap<[IVec3; 2], u32> = HashMap::new();
     let grown = corners.iter().map(|[a, b, c]| {
-        let (low, high) = (a.min(*b).min(*c), a.max(*b).max(*c));
-        let [[x, y, z], [u, v, w]] = [low, high].map(|end| end.to_array().map(f32::to_bits));
-        let copy = seen.entry([x, y, z, u, v, w]).or_default();
+        let ends = [a.min(*b).min(*c), a.max(*b).max(*c)];
+        // The same to within the margin, which is 2^-20 of the largest.
+        let copy = seen.entry(ends.map(|end| (end / margin).as_ivec3())).or_default();
         *copy += 1;
+        let [low, high] = ends;
         if *copy <= COPIES {
             return [low - margin, high + margin];
         }

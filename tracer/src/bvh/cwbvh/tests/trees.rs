@@ -2,11 +2,13 @@
 
 use super::super::reference::CpuCwbvh;
 use super::super::tree::Tree;
-use super::super::{Quality, Triangle, build, elements};
+use super::super::{Quality, STACK, Triangle, build, elements};
 use super::fixture::{BLOCKED, Fixture, NONE, TestRay, bumpy_ball, soup};
 use crate::bvh::{BvhParams, margin};
 use frame::scene_gpu::GpuMesh;
 use glam::Vec3;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::node::CwBvhNode;
 use scene::Scene;
 use std::path::Path;
 
@@ -181,11 +183,28 @@ fn copies_stay_shallow() {
     let point = [[Vec3::ZERO; 3]];
     for (corners, times) in [(ball.as_slice(), 100), (&ball[100..101], 30_000), (&point, 3000)] {
         for quality in [Quality::Fast, Quality::Medium, Quality::Slow] {
-            let tree = Tree::new(&corners.repeat(times), quality).unwrap();
+            let mut copies = corners.repeat(times);
+            // Within the margin, which is 10^-12 m of the point: almost copies.
+            for (i, [a, ..]) in copies.iter_mut().enumerate() {
+                a.x += i as f32 * 1e-16;
+            }
+            let tree = Tree::new(&copies, quality).unwrap();
             println!("{quality:?}: {times} times {} triangles: depth {}", corners.len(), tree.depth);
             assert!(tree.depth <= 16, "{}", tree.depth);
         }
     }
+}
+
+#[test]
+fn a_tree_deeper_than_the_stack_is_refused() {
+    // A chain: each node's only child is the next one.
+    let chain = |levels: u32| {
+        let node = |i| CwBvhNode { imask: u8::from(i < levels), child_base_idx: i + 1, ..Default::default() };
+        Tree::of(CwBvh { nodes: (0..=levels).map(node).collect(), ..Default::default() })
+    };
+    assert_eq!(chain(STACK).unwrap().depth, STACK);
+    let error = chain(STACK + 1).err().unwrap().to_string();
+    assert_eq!(error, "the BVH of 0 triangles is 33 levels deep, rays descend at most 32");
 }
 
 #[test]
