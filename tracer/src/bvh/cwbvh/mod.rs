@@ -6,8 +6,8 @@
 //! Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs". The crate `obvhs`
 //! builds: a binary tree by locally ordered clustering (PLOC), improved by reinsertion, collapsed to eight children by
 //! surface area. Children lie on a grid of 255 steps per axis, their boxes rounded outwards; which octant a direction
-//! points to orders them. A ray keeps what is left to visit of each level: one entry per level, so that [`STACK`] entries
-//! suffice for every tree of at most that depth, and a deeper one is refused.
+//! points to orders them. A ray keeps what is left to visit of each level below the root: at most one entry per level, so
+//! that [`STACK`] entries suffice for every tree of at most that depth, and a deeper one is refused.
 //!
 //! Departs from the paper: triangles are tested when their node is visited, not postponed; no entry's distance is kept.
 //!
@@ -71,7 +71,7 @@ impl Quality {
 /// Why there is no structure.
 #[derive(Debug, thiserror::Error)]
 pub enum CwbvhError {
-    /// Rays would run out of stack.
+    /// Rays would run out of stack: hundreds of boxes within one another, which nothing but an order could pair.
     #[error("the BVH of {triangles} triangles is {depth} levels deep, rays descend at most {allowed}")]
     TooDeep {
         /// In the tree.

@@ -1,6 +1,7 @@
 //! The CPU half: the same elements, the same steps in the same order, f32 throughout. What may differ is that a driver
 //! fuses products and sums in the triangle test, or divides less exactly.
 
+use super::STACK;
 use crate::bvh::{BvhParams, MOST_VISITS};
 use glam::{BVec3, Vec2, Vec3};
 
@@ -80,6 +81,7 @@ impl CpuCwbvh {
             let rest = nodes[1] & !(1 << first);
             if rest >= 0x100_0000 {
                 stack.push([nodes[0], rest]);
+                assert!(stack.len() <= STACK as usize);
             }
             let slot: u32 = (first - 24) ^ octant;
             let index = nodes[0] + (nodes[1] & !(u32::MAX << slot)).count_ones();

@@ -3,11 +3,12 @@
 //! The crate `obvhs` builds it from boxes. They are grown by [`margin`] on every side, m = 2^-20 of the largest coordinate L,
 //! of which is used up (in units of 2^-23 L, so that m is 8 of them): 1/2 by the sum of a corner and m, 1 by the difference
 //! of two box ends before they are counted in steps, 1/2 by the sum that a shader decodes an end with. The 6 that are left
-//! are the slab test's.
+//! are the slab test's, whose three roundings take 3/2 per L between a ray's origin and a box: they last up to 4 L.
 
 use super::{CwbvhError, Quality, STACK};
 use crate::bvh::margin;
-use glam::Vec3;
+use frame::surface;
+use glam::{IVec3, Vec3};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
@@ -15,6 +16,7 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 use obvhs::cwbvh::node::CwBvhNode;
 use obvhs::ploc::PlocBuilder;
+use std::collections::HashMap;
 
 /// Elements of 16 bytes per node.
 pub(super) const NODE_ELEMENTS: u32 = (size_of::<CwBvhNode>() / 16) as u32;
@@ -24,6 +26,12 @@ const STEPS: f64 = 255.0;
 
 /// Triangles in a leaf: as many as a node has bits for.
 const LEAF_TRIANGLES: u32 = 3;
+
+/// A scene is taken for at least so large, m, so that there is a margin even where all corners are at the origin.
+const LEAST_M: f32 = 1e-6;
+
+/// So many boxes may be the same: chains of them add few levels, and the two triangles of a rectangle are left as they are.
+const COPIES: u32 = 8;
 
 /// Nodes, the root first, children after their parents.
 pub(super) struct Tree {
@@ -37,20 +45,39 @@ pub(super) struct Tree {
 impl Tree {
     /// Builds from the corners of triangles, m.
     pub(super) fn new(corners: &[[Vec3; 3]], quality: Quality) -> Result<Self, CwbvhError> {
-        let CwBvh { nodes, primitive_indices: order, .. } = cwbvh(&boxes(corners), quality);
+        Self::of(cwbvh(&boxes(corners), quality))
+    }
+
+    /// Refuses what is too deep.
+    pub(super) fn of(CwBvh { nodes, primitive_indices: order, .. }: CwBvh) -> Result<Self, CwbvhError> {
         let depth = depth(&nodes);
         if depth > STACK {
-            return Err(CwbvhError::TooDeep { triangles: corners.len(), depth, allowed: STACK });
+            return Err(CwbvhError::TooDeep { triangles: order.len(), depth, allowed: STACK });
         }
         Ok(Self { nodes, order, depth })
     }
 }
 
-/// Around each triangle, grown.
+/// Around each triangle, grown by the margin. Where many are the same, the builder would pair them one by one into a chain;
+/// so from [`COPIES`] on each is grown on one side or the other by up to as much again, at random, and there is a nearest
+/// to each.
 pub(super) fn boxes(corners: &[[Vec3; 3]]) -> Vec<Aabb> {
-    let largest = corners.as_flattened().iter().map(|c| c.abs().max_element()).fold(0.0, f32::max);
-    let margin = Vec3::splat(margin(largest));
-    let grown = corners.iter().map(|[a, b, c]| [a.min(*b).min(*c) - margin, a.max(*b).max(*c) + margin]);
+    let largest = corners.as_flattened().iter().map(|c| c.abs().max_element()).fold(LEAST_M, f32::max);
+    let margin = margin(largest);
+    let mut seen: HashMap<[IVec3; 2], u32> = HashMap::new();
+    let grown = corners.iter().map(|[a, b, c]| {
+        let ends = [a.min(*b).min(*c), a.max(*b).max(*c)];
+        // The same to within the margin, which is 2^-20 of the largest.
+        let copy = seen.entry(ends.map(|end| (end / margin).as_ivec3())).or_default();
+        *copy += 1;
+        let [low, high] = ends;
+        if *copy <= COPIES {
+            return [low - margin, high + margin];
+        }
+        let random = |axis| (surface::hash(3 * *copy + axis) >> 8) as f32 / 16_777_216.0;
+        let shift = margin * Vec3::new(random(0), random(1), random(2));
+        [low - (margin + shift), high + (2.0 * margin - shift)]
+    });
     grown.map(|[low, high]| Aabb::new(low.to_array().into(), high.to_array().into())).collect()
 }
 

@@ -192,6 +192,27 @@ fn nothing_escapes_a_closed_mesh() {
 }
 
 #[test]
+fn no_ray_from_outside_reaches_the_far_side() {
+    let scene = Scene::load("cornell").unwrap();
+    let fixture = Fixture::new(&scene, bumpy_ball(40, 7));
+    let mut random = Random::new(8);
+    let triangles = &fixture.geometry.triangles;
+    let rays: Vec<_> = (0..50_000)
+        .map(|_| {
+            let [a, b, _] = fixture.geometry.corners(&triangles[random.below(triangles.len())]);
+            // Three roundings of half a unit each: four times the scene's size is what the margin covers (tree.rs).
+            let origin = 3.5 * (a.normalize() + 0.3 * random.direction()).clamp_length_max(1.1);
+            let to = a.as_dvec3().lerp(b.as_dvec3(), f64::from(random.below(5) as u32) / 4.0);
+            TestRay::new(origin, towards(origin, to))
+        })
+        .collect();
+    for (ray, hit) in rays.iter().zip(fixture.trace(&rays)) {
+        let point = Vec3::from(ray.origin) + hit.distance * Vec3::from(ray.direction);
+        assert!(hit.triangle != NONE && point.dot(ray.direction.into()) < 0.0, "{ray:?}: {hit:?}");
+    }
+}
+
+#[test]
 fn shadows_agree_with_the_closest_hit() {
     let mut scene = Scene::load("courtyard").unwrap();
     for material in &mut scene.materials {

@@ -1,11 +1,14 @@
 //! What the builder makes.
 
 use super::super::reference::CpuCwbvh;
-use super::super::{Quality, build};
+use super::super::tree::Tree;
+use super::super::{Quality, STACK, Triangle, build, elements};
 use super::fixture::{BLOCKED, Fixture, NONE, TestRay, bumpy_ball, soup};
-use crate::bvh::margin;
+use crate::bvh::{BvhParams, margin};
 use frame::scene_gpu::GpuMesh;
 use glam::Vec3;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::node::CwBvhNode;
 use scene::Scene;
 use std::path::Path;
 
@@ -103,23 +106,19 @@ fn boxes_hold_their_triangles_at_every_size() {
                 .extend([[far, far - small * Vec3::X, far - small * Vec3::Y], [-far, small - far, -far]]);
             let geometry = soup(&triangles);
             let corners: Vec<_> = geometry.triangles.iter().map(|t| geometry.corners(t)).collect();
-            let tree = super::super::tree::Tree::new(&corners, Quality::Medium).unwrap();
+            let tree = Tree::new(&corners, Quality::Medium).unwrap();
             let all: Vec<_> = corners
                 .iter()
                 .zip(0..)
-                .map(|(corners, number)| super::super::Triangle {
-                    number,
-                    corners: *corners,
-                    is_sheet: false,
-                })
+                .map(|(corners, number)| Triangle { number, corners: *corners, is_sheet: false })
                 .collect();
-            let params = crate::bvh::BvhParams {
+            let params = BvhParams {
                 triangles_at: 5 * tree.nodes.len() as u32,
                 triangle_count: all.len() as u32,
                 node_count: tree.nodes.len() as u32,
                 _pad: 0,
             };
-            let twin = CpuCwbvh { elements: super::super::elements(&tree, &all), params };
+            let twin = CpuCwbvh { elements: elements(&tree, &all), params };
             let kept: Vec<_> = (0..all.len() as u32).collect();
             assert_eq!(check_tree(&twin, far.x, &kept), tree.depth);
         }
@@ -178,12 +177,34 @@ fn points_and_needles_do_not_hurt() {
 }
 
 #[test]
-fn many_copies_stay_shallow() {
+fn copies_stay_shallow() {
     let ball = bumpy_ball(8, 3);
-    let corners: Vec<_> = ball.triangles.iter().map(|t| ball.corners(t)).collect();
-    let fixture = Fixture::of(&corners.repeat(100));
-    println!("{} triangles, depth {}", fixture.cwbvh.triangle_count, fixture.cwbvh.depth);
-    check(&fixture);
+    let ball: Vec<_> = ball.triangles.iter().map(|t| ball.corners(t)).collect();
+    let point = [[Vec3::ZERO; 3]];
+    for (corners, times) in [(ball.as_slice(), 100), (&ball[100..101], 30_000), (&point, 3000)] {
+        for quality in [Quality::Fast, Quality::Medium, Quality::Slow] {
+            let mut copies = corners.repeat(times);
+            // Within the margin, which is 10^-12 m of the point: almost copies.
+            for (i, [a, ..]) in copies.iter_mut().enumerate() {
+                a.x += i as f32 * 1e-16;
+            }
+            let tree = Tree::new(&copies, quality).unwrap();
+            println!("{quality:?}: {times} times {} triangles: depth {}", corners.len(), tree.depth);
+            assert!(tree.depth <= 16, "{}", tree.depth);
+        }
+    }
+}
+
+#[test]
+fn a_tree_deeper_than_the_stack_is_refused() {
+    // A chain: each node's only child is the next one.
+    let chain = |levels: u32| {
+        let node = |i| CwBvhNode { imask: u8::from(i < levels), child_base_idx: i + 1, ..Default::default() };
+        Tree::of(CwBvh { nodes: (0..=levels).map(node).collect(), ..Default::default() })
+    };
+    assert_eq!(chain(STACK).unwrap().depth, STACK);
+    let error = chain(STACK + 1).err().unwrap().to_string();
+    assert_eq!(error, "the BVH of 0 triangles is 33 levels deep, rays descend at most 32");
 }
 
 #[test]
