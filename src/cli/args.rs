@@ -23,6 +23,8 @@ pub struct Cli {
 pub enum Command {
     /// Renders a scene: the whole street once, or --frames in a row.
     Render(RenderArgs),
+    /// Converges an image that others are measured against; interrupted, it goes on where it stopped.
+    Reference(ReferenceArgs),
     /// Lists scenes, stages and their knobs with unit, range and default.
     List(ListArgs),
     /// Describes the adapter; with a scene, what it needs and the bytes each part takes.
@@ -51,6 +53,26 @@ pub struct RenderArgs {
     #[arg(long)]
     pub quiet: bool,
     /// Prints the log as JSON instead of the table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `gridlight reference`.
+#[derive(Debug, Args)]
+pub struct ReferenceArgs {
+    /// What to converge: at display size; --tracer bvh (the true image, default) or voxel; --spp at most.
+    #[command(flatten)]
+    pub street: StreetArgs,
+    /// Stops once the root of the image's own relative squared error is at most this.
+    #[arg(long, value_name = "REL_ERROR", value_parser = values::positive)]
+    pub until: Option<f32>,
+    /// Folder for reference.exr, stderr.exr, log.json and the state to go on from.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// No progress bar and no words.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Prints the summary as JSON.
     #[arg(long)]
     pub json: bool,
 }
@@ -165,10 +187,14 @@ pub struct StreetArgs {
     pub adapter: Option<String>,
 }
 
+/// What the id `bvh` stands for: fewer node visits per ray than the other, on every scene measured.
+const BEST_BVH: &str = "bvh_cwbvh";
+
 /// Reads an id and looks it up among those there are.
 fn stage_id(kind: Kind) -> impl Fn(&str) -> Result<String, String> + Clone + Send + Sync {
     move |text| {
         let (id, known) = (values::id_of(text), kind.ids());
+        let id = if kind == Kind::Tracer && id == "bvh" { BEST_BVH.into() } else { id };
         match known.contains(&id.as_str()) {
             true => Ok(id),
             false => Err(format!("there are: {}", known.join(", "))),
@@ -229,6 +255,24 @@ impl StreetArgs {
             let vfov = self.vfov.unwrap_or(std::f32::consts::FRAC_PI_4);
             settings.view = View::LookAt(LookAt { eye, target, up, vfov });
         }
+    }
+}
+
+impl ReferenceArgs {
+    /// The settings of a reference: stages that only a render has are the plainest, and both sizes are the picture's.
+    ///
+    /// # Errors
+    /// As [`RenderArgs::settings`].
+    pub fn settings(&self) -> Result<RenderSettings, Error> {
+        let mut settings = self.street.settings()?.ok_or(Error::NoScene)?;
+        if self.street.tracer.is_none() {
+            settings.tracer = BEST_BVH.into();
+        }
+        settings.trace_size = settings.display_size;
+        settings.denoiser = "identity".into();
+        settings.upsampler = "nearest".into();
+        settings.spp = 1;
+        Ok(settings)
     }
 }
 

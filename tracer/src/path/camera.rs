@@ -104,7 +104,7 @@ impl CameraPaths {
         let [_, pixels, counters] = &buffers;
         for sample in samples {
             params.first_sample = sample;
-            let of_sample = recorder.uniform(&params);
+            let of_sample = recorder.uniform(&[params; 2]);
             let mut list =
                 vec![uniform.binding(), of_sample.binding(), BindingResource::TextureView(scene.sky.view())];
             list.extend_from_slice(resources.of_camera);

@@ -1,7 +1,5 @@
 // One camera ray per pixel through a random point of it (box filter), and what it sees. See camera.rs.
 
-@group(0) @binding(1) var<uniform> params: PathParams;
-
 // Blocks of random numbers that no scattering uses: 4 (bounce + 1) and the two after it are taken.
 const CAMERA_BLOCK = 3u;
 
@@ -52,7 +50,8 @@ fn camera_ray(pixel: vec2u) -> Pixel {
 }
 
 @compute @workgroup_size(8, 8)
-fn path_camera(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+fn path_camera(@builtin(workgroup_id) group: vec3u, @builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    params = params_of[group.z];
     if (all(id.xy < vec2u(frame.trace_size.x, params.rows))) {
         pixels[path_index(id.xy)] = camera_ray(id.xy + vec2u(0u, params.first_row));
     }

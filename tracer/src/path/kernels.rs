@@ -10,8 +10,12 @@ const PARAMS_WGSL: &str = "
 struct PathParams {
     sample: u32, samples: u32, first_sample: u32, bounces: u32,
     lights: u32, by_roughness: u32, roulette_from: u32, segments: u32,
-    first_row: u32, rows: u32,
-}";
+    first_row: u32, rows: u32, _pad: vec2u,
+}
+// One would do. Where a uniform alone decides a branch, Mesa's software driver builds the kernel anew for each dispatch
+// with the uniform's value in it; an index that it cannot foresee (0: there is one layer of groups) keeps it from that.
+@group(0) @binding(1) var<uniform> params_of: array<PathParams, 2>;
+var<private> params: PathParams;";
 const PATH_WGSL: &str = include_str!("path.inc.wgsl");
 const PIXEL_WGSL: &str = include_str!("pixel.inc.wgsl");
 const PIXEL_CAMERA_WGSL: &str = include_str!("pixel_camera.inc.wgsl");
@@ -22,7 +26,7 @@ const PATHS: Bind = Bind::storage(1, 30, "paths");
 const PIXELS: Bind = Bind::storage(1, 31, "pixels");
 const COUNTERS: Bind = Bind::storage(1, 33, "counters");
 const OF_FRAME: [Bind; 2] =
-    [Bind::uniform::<info::Frame>(0, 0, "frame"), Bind::uniform::<PathParams>(0, 1, "params")];
+    [Bind::uniform::<info::Frame>(0, 0, "frame"), Bind::uniform_array(0, 1, "params_of").of::<PathParams>()];
 
 /// Makes kernels of one structure for one scene.
 pub(super) struct Workshop<'a> {

@@ -2,8 +2,9 @@
 //!
 //! Paper: "uni-directional path tracing begins as a post-process at one voxel above the surface" (section 2).
 //!
-//! In: a trace-size [`GBuffer`] (or camera rays of its own, [`camera`]); sky, lights, materials in radiance times `radiance_scale`; positions in metres. Out: a
-//! [`RadianceImage`]: demodulated radiance of the diffuse and of the specular lobe.
+//! In: a trace-size [`GBuffer`] (or camera rays of its own, [`camera`]); sky, lights, materials in radiance times
+//! `radiance_scale`; positions in metres. Out: a [`RadianceImage`]: demodulated radiance of the diffuse and of the
+//! specular lobe.
 //!
 //! Formula (contract, "two lobes"): `X_l = 1/N sum f_l cos L / (q_l p_l M_l)` over the pixel's N paths, each starting in one
 //! lobe with probability `q_l`; a first-hit light sample adds `f_l cos L w_l / (p_light M_l)` to both. One dispatch
@@ -11,11 +12,6 @@
 //! dispatch runs longer than the software driver's loop cap allows, whatever the number of samples and bounces.
 //! Worst case per dispatch and invocation: `segments * lines * (3 R + 16)` iterations for a grid of R cells, kept under
 //! the measured cap; lines is 1, 2 where there are lights, 17 where these meet thin sheets.
-//!
-//! Known: Mesa's software driver (22.3) compiles the segment kernel anew at every dispatch: 0.6 s, or 9 to 20 ms out of
-//! its disk cache, whatever the pixel count. It does so with one bound texture or two; with a loop bound in the
-//! kernel that depends on the invocation instead of a uniform, it crashes. The start kernel is compiled once. Not
-//! understood; several segments per dispatch keep the cost down.
 //!
 //! Departs from the paper: two demodulated lobes instead of one light image, so that a filter treats gloss and matte by
 //! their own roughness; both sun and punctual lights are shadow rays (the paper has neither).
@@ -285,7 +281,7 @@ impl Paths {
         if params.bounces > 0 {
             for sample in 0..settings.spp {
                 params.sample = sample;
-                let of_dispatch = recorder.uniform(&params);
+                let of_dispatch = recorder.uniform(&[params; 2]);
                 let mut resources = vec![
                     uniform.binding(),
                     of_dispatch.binding(),

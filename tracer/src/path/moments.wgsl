@@ -1,11 +1,11 @@
 // The light of one path per pixel, modulated, added to the sums of all samples and of their squares. See camera.rs.
 
-@group(0) @binding(1) var<uniform> params: PathParams;
 // Two per pixel: sum of radiance and the number of samples; sum of squares.
 @group(3) @binding(0) var<storage, read_write> moments: array<vec4f>;
 
 @compute @workgroup_size(8, 8)
-fn path_moments(@builtin(global_invocation_id) id: vec3u) {
+fn path_moments(@builtin(workgroup_id) group: vec3u, @builtin(global_invocation_id) id: vec3u) {
+    params = params_of[group.z];
     if (any(id.xy >= vec2u(frame.trace_size.x, params.rows))) {
         return;
     }

@@ -1,7 +1,5 @@
 // One segment of every living path: what it meets, the light it finds there, where it goes next. See mod.rs.
 
-@group(0) @binding(1) var<uniform> params: PathParams;
-
 // Returns the radiance found, demodulated by the path's throughput; the path is advanced or ended.
 fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
     var found = vec3f(0.0);
@@ -96,7 +94,8 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
 }
 
 @compute @workgroup_size(8, 8)
-fn path_segment(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+fn path_segment(@builtin(workgroup_id) group: vec3u, @builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    params = params_of[group.z];
     if (all(id.xy < vec2u(frame.trace_size.x, params.rows))) {
         let index = path_index(id.xy);
         let pixel = id.xy + vec2u(0u, params.first_row);

@@ -1,7 +1,5 @@
 // First vertex of one path per pixel: light samples, a lobe, a direction. See mod.rs.
 
-@group(0) @binding(1) var<uniform> params: PathParams;
-
 fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
     var path: Path;
     let surface = first.surface;
@@ -59,7 +57,8 @@ fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
 }
 
 @compute @workgroup_size(8, 8)
-fn path_start(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+fn path_start(@builtin(workgroup_id) group: vec3u, @builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) local: u32) {
+    params = params_of[group.z];
     if (all(id.xy < vec2u(frame.trace_size.x, params.rows))) {
         let index = path_index(id.xy);
         let pixel = id.xy + vec2u(0u, params.first_row);
