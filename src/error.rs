@@ -72,6 +72,24 @@ pub enum Error {
         /// What is wrong, and where.
         message: String,
     },
+    /// A file could not be read, or is not what it should be.
+    #[error("{path}: {message}", path = path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's words, the decoder's, or what is missing.
+        message: String,
+    },
+    /// Two pictures that cannot be compared.
+    #[error("{reference} (reference), {test} (test): {source}", reference = reference.display(), test = test.display())]
+    Metrics {
+        /// Its file.
+        reference: PathBuf,
+        /// Its file.
+        test: PathBuf,
+        /// Why, with the place and both values.
+        source: crate::metrics::MetricError,
+    },
     /// A file could not be written.
     #[error("{path}: {message}", path = path.display())]
     Write {

@@ -23,6 +23,8 @@ pub struct Cli {
 pub enum Command {
     /// Renders a scene: the whole street once, or --frames in a row.
     Render(RenderArgs),
+    /// Prints every error metric between two pictures as JSON.
+    Metrics(MetricsArgs),
     /// Lists scenes, stages and their knobs with unit, range and default.
     List(ListArgs),
     /// Describes the adapter; with a scene, what it needs and the bytes each part takes.
@@ -53,6 +55,20 @@ pub struct RenderArgs {
     /// Prints the log as JSON instead of the table.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `gridlight metrics`.
+#[derive(Debug, Args)]
+pub struct MetricsArgs {
+    /// The picture taken for the truth: linear EXR.
+    #[arg(value_name = "REFERENCE.exr")]
+    pub reference: PathBuf,
+    /// The picture that is judged: linear EXR of the same size.
+    #[arg(value_name = "TEST.exr")]
+    pub test: PathBuf,
+    /// Stops added before the display's metrics (psnr, ssim, flip).
+    #[arg(long, value_name = "STOPS", default_value = "0", allow_hyphen_values = true, value_parser = values::finite)]
+    pub exposure: f32,
 }
 
 /// `gridlight list`.

@@ -6,6 +6,7 @@ mod args;
 mod bar;
 mod info;
 mod list;
+mod metrics;
 mod render;
 mod table;
 mod values;
@@ -23,6 +24,7 @@ pub fn run() -> ExitCode {
     // Wrong usage ends here with code 2, --help and --version with 0.
     let done = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
+        Command::Metrics(args) => metrics::run(&args),
         Command::List(args) => list::run(&args),
         Command::Info(args) => info::run(&args),
     };
