@@ -21,9 +21,10 @@ fn agrees(name: &str, r: &Picture, t: &Picture, expected: &Value) {
         // Our sRGB curve is f32; their SSIM is f32 throughout.
         ("psnr", found.psnr, &expected["psnr"], 1e-5),
         ("ssim", found.ssim, &expected["ssim"], 1e-5),
-        // f32 throughout, with small differences to the power of 0.7 and less.
-        ("flip", Some(found.flip), &expected["ldr_flip"], 1e-5),
-        ("hdr_flip", Some(found.hdr_flip), &expected["hdr_flip"], 1e-5),
+        // f32 throughout here and there, and the square root of feature differences: the roundings of flat regions, 1e-7,
+        // become 3e-4 in single pixels and, of either sign, 1e-5 in the mean.
+        ("flip", Some(found.flip), &expected["ldr_flip"], 5e-5),
+        ("hdr_flip", Some(found.hdr_flip), &expected["hdr_flip"], 5e-5),
         // Given with three decimals.
         ("start", Some(f64::from(exposures.start_stops)), &stops[0], 6e-4),
         ("stop", Some(f64::from(exposures.stop_stops)), &stops[1], 6e-4),

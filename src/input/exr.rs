@@ -247,8 +247,9 @@ mod tests {
     fn broken_files_are_named() {
         let whole = written("whole.exr", vec![part(None, 2, &["R", "G", "B"])]);
         let bytes = std::fs::read(&whole.0).unwrap();
-        // Where the data window's last column stands, as four bytes: one more digit makes a picture of 10^18 samples.
-        let window = bytes.windows(10).position(|w| w == b"dataWindow").unwrap() + 10 + 1 + 6 + 4;
+        // Behind the attribute's name, type and length: the first and, as made huge here, the last column and row.
+        let window =
+            bytes.windows(10).position(|w| w == b"dataWindow").unwrap() + "dataWindow\0box2i\0".len() + 4;
         let mut huge = bytes.clone();
         huge[window + 8..window + 16].copy_from_slice(&[0xff, 0xff, 0xff, 0x0f, 0xff, 0xff, 0xff, 0x0f]);
         for (name, bytes, part) in [

@@ -48,10 +48,9 @@ pub fn ssim(
             blurred(&|_, t| t[c] * t[c]),
             blurred(&|r, t| r[c] * t[c]),
         ];
+        let at = |index: usize| similarity(moments.each_ref().map(|plane| f64::from(plane[index])));
         for y in RADIUS..height - RADIUS {
-            for index in y * width + RADIUS..(y + 1) * width - RADIUS {
-                sum += similarity([0, 1, 2, 3, 4].map(|m: usize| f64::from(moments[m][index])));
-            }
+            sum += (y * width + RADIUS..(y + 1) * width - RADIUS).map(at).sum::<f64>();
         }
     }
     let windows = 3 * (width - 2 * RADIUS) * (height - 2 * RADIUS);
