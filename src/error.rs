@@ -75,13 +75,23 @@ pub enum Error {
     /// The wide BVH cannot be built.
     #[error(transparent)]
     Cwbvh(#[from] tracer::bvh::cwbvh::CwbvhError),
-    /// What an earlier run left cannot be gone on from.
+    /// A file could not be read, or is not what it should be.
     #[error("{path}: {message}", path = path.display())]
-    Reference {
+    Read {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The system's words, the decoder's, or what is missing.
         message: String,
+    },
+    /// Two pictures that cannot be compared.
+    #[error("{reference} (reference), {test} (test): {source}", reference = reference.display(), test = test.display())]
+    Metrics {
+        /// Its file.
+        reference: PathBuf,
+        /// Its file.
+        test: PathBuf,
+        /// Why, with the place and both values.
+        source: crate::metrics::MetricError,
     },
     /// A file could not be written.
     #[error("{path}: {message}", path = path.display())]

@@ -196,3 +196,64 @@ fn info_describes_adapter_and_scene() {
         assert!(scene["memory_bytes"][bytes].as_u64() > Some(0), "{bytes} in {scene}");
     }
 }
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+}
+
+#[test]
+fn metrics_prints_every_id_as_json() {
+    let [reference, test] =
+        ["cornell_64_b4.exr", "cornell_64_b1.exr"].map(|name| data(name).display().to_string());
+    let output = gridlight(&format!("metrics {reference} {test}"));
+    ends(&output, 0, "");
+    let metrics: Value = serde_json::from_slice(&output.stdout).unwrap();
+    for id in ["rmse", "rel_mse", "smape", "psnr", "ssim", "flip", "hdr_flip", "worst_tile"] {
+        assert!(metrics[id].as_f64() > Some(0.0), "{id} in {metrics}");
+    }
+    assert!(metrics["bias"].as_array().unwrap().iter().all(|ratio| ratio.as_f64() < Some(1.0)), "{metrics}");
+    for id in ["nan_count", "inf_count", "negative_count"] {
+        assert_eq!(metrics[id], 0, "{id} in {metrics}");
+    }
+    assert_eq!((&metrics["reference"], &metrics["test"]), (&reference.into(), &test.into()));
+    // The same picture twice: an infinite ratio is null.
+    let same = data("cornell_64_b1.exr").display().to_string();
+    let output = gridlight(&format!("metrics {same} {same} --exposure -2"));
+    ends(&output, 0, "");
+    let metrics: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(metrics["psnr"].is_null() && metrics["ssim"] == 1.0 && metrics["exposure"] == -2.0, "{metrics}");
+}
+
+#[test]
+fn metrics_of_what_cannot_be_compared_is_1_with_one_message() {
+    let scratch = Scratch::new("metrics");
+    std::fs::create_dir_all(scratch.path()).unwrap();
+    let written = |name: &str, size: [u32; 2], value: f32| {
+        let path = scratch.path().join(name);
+        gridlight::output::color_exr(&path, &frame::cpu::Image::filled(size, [1.0, value, 1.0])).unwrap();
+        path.display().to_string()
+    };
+    let small = written("small.exr", [2, 3], 1.0);
+    let large = written("large.exr", [4, 3], 1.0);
+    let broken = written("broken.exr", [2, 3], f32::NAN);
+    let before = scratch.files();
+    for (pair, parts) in [
+        (format!("{small} {large}"), ["small.exr", "large.exr", "2x3", "4x3"]),
+        (format!("{small} {broken}"), ["broken.exr (test)", "the test holds 6 NaN", "column 0", "row 0"]),
+        (
+            format!("{broken} {small}"),
+            ["broken.exr (reference)", "the reference holds 6 NaN", "0 infinite", "error:"],
+        ),
+        (format!("{small} no_such.exr"), ["no_such.exr", "os error", "error:", ""]),
+    ] {
+        let output = gridlight(&format!("metrics {pair}"));
+        parts.iter().for_each(|part| ends(&output, 1, part));
+        assert!(
+            output.stdout.is_empty() && text(&output.stderr).lines().count() == 1,
+            "{}",
+            text(&output.stderr)
+        );
+    }
+    assert_eq!(scratch.files(), before, "nothing is written");
+    ends(&gridlight(&format!("metrics {small}")), 2, "TEST.exr");
+}

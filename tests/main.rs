@@ -4,6 +4,7 @@
 
 mod cli;
 mod furnace;
+mod metrics;
 mod radiometry;
 mod scenes;
 mod support;

@@ -3,7 +3,7 @@
 use frame::Gpu;
 use frame::cpu::Image;
 use gridlight::pipeline::{Pipeline, Rendered};
-use gridlight::{Progress, RenderSettings, output};
+use gridlight::{Progress, RenderSettings, input, output};
 use std::path::{Path, PathBuf};
 
 /// Linear RGB.
@@ -40,17 +40,7 @@ pub fn render(settings: &RenderSettings) -> Picture {
 
 /// An EXR with channels R, G, B. A missing file fails.
 pub fn read_exr(path: &Path) -> Picture {
-    let read = exr::prelude::read_first_rgba_layer_from_file(
-        path,
-        |size, _| (size.width(), vec![[0f32; 3]; size.width() * size.height()]),
-        |(width, texels), at, (r, g, b, _): (f32, f32, f32, f32)| {
-            texels[at.y() * *width + at.x()] = [r, g, b]
-        },
-    );
-    let image = read.unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    let (width, texels) = image.layer_data.channel_data.pixels;
-    let height = texels.len() / width;
-    Image::from_texels([width as u32, height as u32], texels).expect("as many texels as the size says")
+    input::read_exr(path).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A reference of this name in `tests/data`, with its standard errors.

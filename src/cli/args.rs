@@ -25,6 +25,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Converges an image that others are measured against; interrupted, it goes on where it stopped.
     Reference(ReferenceArgs),
+    /// Prints every error metric between two pictures as JSON.
+    Metrics(MetricsArgs),
     /// Lists scenes, stages and their knobs with unit, range and default.
     List(ListArgs),
     /// Describes the adapter; with a scene, what it needs and the bytes each part takes.
@@ -75,6 +77,20 @@ pub struct ReferenceArgs {
     /// Prints the summary as JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `gridlight metrics`.
+#[derive(Debug, Args)]
+pub struct MetricsArgs {
+    /// The picture taken for the truth: linear EXR.
+    #[arg(value_name = "REFERENCE.exr")]
+    pub reference: PathBuf,
+    /// The picture that is judged: linear EXR of the same size.
+    #[arg(value_name = "TEST.exr")]
+    pub test: PathBuf,
+    /// Stops added before the display's metrics (psnr, ssim, flip).
+    #[arg(long, value_name = "STOPS", default_value = "0", allow_hyphen_values = true, value_parser = values::finite)]
+    pub exposure: f32,
 }
 
 /// `gridlight list`.

@@ -6,6 +6,7 @@ mod args;
 mod bar;
 mod info;
 mod list;
+mod metrics;
 mod reference;
 mod render;
 mod table;
@@ -25,6 +26,7 @@ pub fn run() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
         Command::Reference(args) => reference::run(&args),
+        Command::Metrics(args) => metrics::run(&args),
         Command::List(args) => list::run(&args),
         Command::Info(args) => info::run(&args),
     };

@@ -30,7 +30,7 @@ pub fn write(path: &Path, key: &Value, moments: &Moments) -> Result<(), Error> {
 /// # Errors
 /// The file cannot be read, is broken, or belongs to something else: the message says what differs.
 pub fn read(path: &Path, key: &Value, size: [u32; 2]) -> Result<Option<Moments>, Error> {
-    let fail = |message: String| Error::Reference { path: path.into(), message };
+    let fail = |message: String| Error::Read { path: path.into(), message };
     let bytes = match std::fs::read(path) {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(e) => return Err(fail(e.to_string())),
