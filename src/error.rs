@@ -93,6 +93,14 @@ pub enum Error {
         /// Why, with the place and both values.
         source: crate::metrics::MetricError,
     },
+    /// More shards than combinations.
+    #[error("--shard {index}/{count}: there are fewer than {index} combinations")]
+    NothingToCompare {
+        /// Which share, from 1.
+        index: usize,
+        /// Of how many.
+        count: usize,
+    },
     /// A file could not be written.
     #[error("{path}: {message}", path = path.display())]
     Write {

@@ -5,6 +5,7 @@
 //! reference, and [`cli`] is the command line around it.
 
 pub mod cli;
+pub mod compare;
 mod error;
 pub mod input;
 pub mod metrics;

@@ -137,6 +137,61 @@ impl Pipeline {
         Ok(pipeline)
     }
 
+    /// Swaps stages, samples, bounces, seed or grid for what `settings` say, and restarts. What stays the same is kept,
+    /// the scene, the sizes and the knobs among it: about those, `settings` must repeat what the pipeline was made with.
+    ///
+    /// # Errors
+    /// A name that is not in its list, a kernel the driver refuses, or memory is out. The pipeline may then be half
+    /// changed: make another.
+    pub fn change(&mut self, settings: &RenderSettings) -> Result<(), Error> {
+        let before = std::mem::replace(&mut self.settings, settings.clone());
+        let gpu = &self.gpu;
+        if before.grid != settings.grid {
+            let most = gpu.device.limits().max_texture_dimension_2d;
+            self.voxel_size = Layout::fit(self.scene.bounds(), settings.grid, most)?.voxel_size;
+            self.searches.forget_grid();
+        }
+        let another = [
+            before.tracer != settings.tracer,
+            before.denoiser != settings.denoiser,
+            before.upsampler != settings.upsampler,
+        ];
+        if before.tessellator != settings.tessellator {
+            self.tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(gpu)?;
+            self.searches.moved();
+        }
+        if another[0] {
+            self.tracer = find("tracer", &settings.tracer, tracer::all())?(gpu)?;
+        }
+        if another[1] {
+            self.denoiser = find("denoiser", &settings.denoiser, denoise::all())?(gpu)?;
+        }
+        if another[2] {
+            self.upsampler = find("upsampler", &settings.upsampler, upsample::all())?(gpu)?;
+        }
+        self.paths.spp = settings.spp;
+        self.paths.bounces = settings.bounces;
+        self.apply_knobs()?;
+        let specular = self.world.needs.specular;
+        if another[0] {
+            self.tracer.resize(&self.gpu, &self.world, settings.trace_size, &self.paths)?;
+        }
+        if another[1] {
+            self.denoiser.resize(&self.gpu, settings.trace_size, specular)?;
+        }
+        if another[2] {
+            self.upsampler.resize(&self.gpu, settings.display_size, specular)?;
+        }
+        self.restart();
+        Ok(())
+    }
+
+    /// Forgets all history: the next frame is the first.
+    pub fn restart(&mut self) {
+        self.previous = None;
+        self.frame_index = 0;
+    }
+
     /// Renders the next frame.
     ///
     /// # Errors

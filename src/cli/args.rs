@@ -2,6 +2,7 @@
 
 use super::values::{self, Bounces};
 use crate::Error;
+use crate::report::Shard;
 use crate::settings::{
     Case, Emit, KnobSetting, LookAt, Model, Preset, RenderSettings, SkySetting, SunSetting, View,
 };
@@ -27,6 +28,8 @@ pub enum Command {
     Reference(ReferenceArgs),
     /// Prints every error metric between two pictures as JSON.
     Metrics(MetricsArgs),
+    /// Renders every combination of stages, timed and measured against converged references.
+    Compare(CompareArgs),
     /// Lists scenes, stages and their knobs with unit, range and default.
     List(ListArgs),
     /// Describes the adapter; with a scene, what it needs and the bytes each part takes.
@@ -79,6 +82,57 @@ pub struct ReferenceArgs {
     pub json: bool,
 }
 
+/// `gridlight compare`.
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    /// What is seen, and what all combinations share.
+    #[command(flatten)]
+    pub view: ViewArgs,
+    /// Who traces the light; a list.
+    #[arg(long, value_name = "IDS", value_delimiter = ',', default_values = ["voxel", "bvh_cwbvh"], value_parser = stage_id(Kind::Tracer))]
+    pub tracers: Vec<String>,
+    /// Who removes the noise; a list.
+    #[arg(long, value_name = "IDS", value_delimiter = ',', default_values = ["identity", "five_phase"], value_parser = stage_id(Kind::Denoiser))]
+    pub denoisers: Vec<String>,
+    /// Who lifts the light to display size; a list.
+    #[arg(long, value_name = "IDS", value_delimiter = ',', default_values = ["best_candidate"], value_parser = stage_id(Kind::Upsampler))]
+    pub upsamplers: Vec<String>,
+    /// Paths per trace pixel; a list.
+    #[arg(long, value_name = "NS", value_delimiter = ',', default_values = ["1", "4"], value_parser = clap::value_parser!(u32).range(1..=65535))]
+    pub spp: Vec<u32>,
+    /// Cells on the longest axis; a list.
+    #[arg(long, visible_alias = "grid", value_name = "NS", value_delimiter = ',', default_values = ["256"], value_parser = clap::value_parser!(u32).range(8..=4096))]
+    pub grids: Vec<u32>,
+    /// Timed frames of each combination, after one that warms up.
+    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: u32,
+    /// Samples per pixel of the references.
+    #[arg(long, value_name = "N", default_value = "1024", value_parser = clap::value_parser!(u32).range(2..))]
+    pub reference_spp: u32,
+    /// Seconds after which a reference is left as good as it is; the report says how good [default: 600 on adapters that
+    /// are software, else none]
+    #[arg(long, value_name = "SECONDS", value_parser = values::positive)]
+    pub reference_seconds: Option<f32>,
+    /// Where references are kept between runs [default: gridlight/references in the user's cache folder]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// The I-th of N shares of the combinations; `gridlight report merge` joins them.
+    #[arg(long, value_name = "I/N", default_value = "1/1")]
+    pub shard: Shard,
+    /// Stops added to the pictures' brightness; EXRs stay as they are.
+    #[arg(long, value_name = "STOPS", default_value = "0", allow_hyphen_values = true, value_parser = values::finite)]
+    pub exposure: f32,
+    /// Folder for the report; made where it is missing.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// No progress bar and no words.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Prints the rows as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// `gridlight metrics`.
 #[derive(Debug, Args)]
 pub struct MetricsArgs {
@@ -118,17 +172,9 @@ pub struct InfoArgs {
 /// Flags that decide a picture.
 #[derive(Debug, Default, Args)]
 pub struct StreetArgs {
-    /// A built-in scene (see `gridlight list`), or a .gltf or .glb file.
-    pub scene: Option<String>,
-    /// A view of the shared references: a row of cases.json, found in $GRIDLIGHT_TRUTH or ../shared/truth.
-    #[arg(long, value_name = "NAME", conflicts_with = "scene")]
-    pub case: Option<String>,
-    /// Pixels before upsampling [default: 640x480]
-    #[arg(long, value_name = "WxH", value_parser = values::size)]
-    pub trace_size: Option<[u32; 2]>,
-    /// Pixels after upsampling [default: 1920x1080]
-    #[arg(long, value_name = "WxH", value_parser = values::size)]
-    pub display_size: Option<[u32; 2]>,
+    /// What is seen, and what all stages share.
+    #[command(flatten)]
+    pub view: ViewArgs,
     /// Cells on the longest axis [default: 256]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=4096))]
     pub grid: Option<u32>,
@@ -141,12 +187,28 @@ pub struct StreetArgs {
     /// Who lifts the light to display size [default: best_candidate]
     #[arg(long, value_name = "ID", value_parser = stage_id(Kind::Upsampler))]
     pub upsampler: Option<String>,
-    /// Who refines the meshes [default: identity]
-    #[arg(long, value_name = "ID", value_parser = stage_id(Kind::Tessellator))]
-    pub tessellator: Option<String>,
     /// Paths per trace pixel [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65535))]
     pub spp: Option<u32>,
+}
+
+/// Flags that say what is seen, from where, and what all stages share.
+#[derive(Debug, Default, Args)]
+pub struct ViewArgs {
+    /// A built-in scene (see `gridlight list`), or a .gltf or .glb file.
+    pub scene: Option<String>,
+    /// A view of the shared references: a row of cases.json, found in $GRIDLIGHT_TRUTH or ../shared/truth.
+    #[arg(long, value_name = "NAME", conflicts_with = "scene")]
+    pub case: Option<String>,
+    /// Pixels before upsampling [default: 640x480]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub trace_size: Option<[u32; 2]>,
+    /// Pixels after upsampling [default: 1920x1080]
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub display_size: Option<[u32; 2]>,
+    /// Who refines the meshes [default: identity]
+    #[arg(long, value_name = "ID", value_parser = stage_id(Kind::Tessellator))]
+    pub tessellator: Option<String>,
     /// At most this many surface scatterings, or inf [default: 3]
     #[arg(long, value_name = "N", value_parser = values::bounces)]
     pub bounces: Option<Bounces>,
@@ -218,7 +280,30 @@ fn stage_id(kind: Kind) -> impl Fn(&str) -> Result<String, String> + Clone + Sen
     }
 }
 
+/// Writes what was said over a setting.
+fn set<T: Clone>(given: &Option<T>, setting: &mut T) {
+    if let Some(value) = given {
+        *setting = value.clone();
+    }
+}
+
 impl StreetArgs {
+    /// Defaults, then the case, then what was said explicitly; none where neither a scene nor a case is named.
+    ///
+    /// # Errors
+    /// A case that is not there.
+    pub fn settings(&self) -> Result<Option<RenderSettings>, Error> {
+        let Some(mut settings) = self.view.settings()? else { return Ok(None) };
+        set(&self.grid, &mut settings.grid);
+        set(&self.tracer, &mut settings.tracer);
+        set(&self.denoiser, &mut settings.denoiser);
+        set(&self.upsampler, &mut settings.upsampler);
+        set(&self.spp, &mut settings.spp);
+        Ok(Some(settings))
+    }
+}
+
+impl ViewArgs {
     /// Defaults, then the case, then what was said explicitly; none where neither a scene nor a case is named.
     ///
     /// # Errors
@@ -238,19 +323,9 @@ impl StreetArgs {
     }
 
     fn apply(&self, settings: &mut RenderSettings) {
-        fn set<T: Clone>(given: &Option<T>, setting: &mut T) {
-            if let Some(value) = given {
-                *setting = value.clone();
-            }
-        }
         set(&self.trace_size, &mut settings.trace_size);
         set(&self.display_size, &mut settings.display_size);
-        set(&self.grid, &mut settings.grid);
-        set(&self.tracer, &mut settings.tracer);
-        set(&self.denoiser, &mut settings.denoiser);
-        set(&self.upsampler, &mut settings.upsampler);
         set(&self.tessellator, &mut settings.tessellator);
-        set(&self.spp, &mut settings.spp);
         set(&self.bounces.map(|b| b.0), &mut settings.bounces);
         set(&self.seed, &mut settings.seed);
         set(&self.preset, &mut settings.preset);

@@ -49,7 +49,7 @@ struct SceneInfo {
 /// Describes the adapter, and the scene if there is one.
 pub fn run(args: &InfoArgs) -> Result<(), Error> {
     let settings = args.street.settings()?;
-    let gpu = Gpu::new(args.street.adapter.as_deref())?;
+    let gpu = Gpu::new(args.street.view.adapter.as_deref())?;
     let (adapter, limits) = (Adapter::of(&gpu), limits(&gpu));
     let features = gpu.device.features().iter_names().map(|(name, _)| name).collect();
     let scene = settings.map(|settings| describe(gpu, settings)).transpose()?;

@@ -4,6 +4,7 @@
 
 mod args;
 mod bar;
+mod compare;
 mod info;
 mod list;
 mod metrics;
@@ -26,6 +27,7 @@ pub fn run() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Render(args) => render::run(&args),
         Command::Reference(args) => reference::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Metrics(args) => metrics::run(&args),
         Command::List(args) => list::run(&args),
         Command::Info(args) => info::run(&args),

@@ -23,8 +23,8 @@ pub fn run(args: &ReferenceArgs) -> Result<(), Error> {
         _ => Search::Cwbvh,
     };
     let spp = args.street.spp.unwrap_or(if args.until.is_some() { MOST_SPP } else { SPP });
-    let goal = Goal { spp, until: args.until.map(f64::from) };
-    let gpu = Gpu::new(args.street.adapter.as_deref())?;
+    let goal = Goal { spp, until: args.until.map(f64::from), within: None };
+    let gpu = Gpu::new(args.street.view.adapter.as_deref())?;
     let (bar, progress) = Bar::new(args.quiet);
     let mut pipeline = Pipeline::new(gpu, &settings, progress)?;
     pipeline.warnings().iter().for_each(|warning| bar.note(&format!("warning: {warning}")));

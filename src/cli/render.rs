@@ -12,7 +12,7 @@ use std::path::Path;
 /// Renders what the arguments say.
 pub fn run(args: &RenderArgs) -> Result<(), Error> {
     let settings = args.settings()?;
-    let gpu = Gpu::new(args.street.adapter.as_deref())?;
+    let gpu = Gpu::new(args.street.view.adapter.as_deref())?;
     let (bar, progress) = Bar::new(args.quiet);
     let mut pipeline = Pipeline::new(gpu, &settings, progress)?;
     pipeline.warnings().iter().for_each(|warning| bar.note(&format!("warning: {warning}")));

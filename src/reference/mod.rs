@@ -39,14 +39,18 @@ const LEAST_FOR_UNTIL: u64 = 16;
 pub struct Goal {
     /// Samples per pixel, at most.
     pub spp: u32,
+    /// Or after so long, as good as it is then.
+    pub within: Option<Duration>,
     /// Or as soon as the root of [`Moments::noise_rel_mse`] is at most this.
     pub until: Option<f64>,
 }
 
 impl Goal {
-    fn is_reached(&self, moments: &Moments) -> bool {
+    fn is_reached(&self, moments: &Moments, begun: Instant) -> bool {
         let is_sure = |until| moments.count >= LEAST_FOR_UNTIL && moments.noise_rel_mse().sqrt() <= until;
-        moments.count >= u64::from(self.spp) || self.until.is_some_and(is_sure)
+        // Two samples, for one has no standard error.
+        let is_late = |within| moments.count >= 2 && begun.elapsed() >= within;
+        moments.count >= u64::from(self.spp) || self.until.is_some_and(is_sure) || self.within.is_some_and(is_late)
     }
 }
 
@@ -116,6 +120,11 @@ pub fn key(pipeline: &Pipeline, search: Search) -> Value {
     all
 }
 
+/// A file name for a key: 32 hexadecimal digits.
+pub fn key_name(key: &Value) -> String {
+    format!("{:032x}", xxhash_rust::xxh3::xxh3_128(key.to_string().as_bytes()))
+}
+
 /// Converges in `folder`, going on from what an earlier run of the same settings left there. Leaves `reference.exr`,
 /// `stderr.exr`, `log.json` and `reference.state`, each whole at every moment.
 ///
@@ -162,9 +171,9 @@ pub fn run(pipeline: &mut Pipeline, search: Search, goal: Goal, folder: &Path) -
     };
 
     let mut saved = Instant::now();
-    if !goal.is_reached(&moments) {
+    if !goal.is_reached(&moments, begun) {
         let mut sampler = pipeline.sampler(search)?;
-        while !goal.is_reached(&moments) {
+        while !goal.is_reached(&moments, begun) {
             // Chunks end at multiples of CHUNK wherever a run began.
             let first = u32::try_from(moments.count).unwrap_or(u32::MAX);
             let end = (first / CHUNK + 1).saturating_mul(CHUNK).min(goal.spp);

@@ -21,7 +21,8 @@ pub struct Moment {
     pub count: f32,
     /// Of the squares.
     pub sum_of_squares: [f32; 3],
-    _pad: f32,
+    /// The shader counts in vectors of four.
+    pub _pad: f32,
 }
 
 /// Kernels and buffers of one structure, one scene, one size.

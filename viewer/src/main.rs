@@ -34,7 +34,7 @@ fn main() -> ExitCode {
     let args = Args::parse();
     match settings(&args.street)
         .map_err(Failure::from)
-        .and_then(|settings| window::run(settings, args.street.adapter, args.frames))
+        .and_then(|settings| window::run(settings, args.street.view.adapter, args.frames))
     {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
@@ -47,12 +47,12 @@ fn main() -> ExitCode {
 /// Smaller pictures than the command line's, and the courtyard where no scene is named.
 fn settings(street: &StreetArgs) -> Result<RenderSettings, gridlight::Error> {
     let courtyard = RenderSettings { view: View::Camera(0), ..Default::default() };
-    let fixed_by_case = street.case.is_some();
+    let fixed_by_case = street.view.case.is_some();
     let mut settings = street.settings()?.unwrap_or(courtyard);
-    if street.trace_size.is_none() && !fixed_by_case {
+    if street.view.trace_size.is_none() && !fixed_by_case {
         settings.trace_size = TRACE_SIZE;
     }
-    if street.display_size.is_none() && !fixed_by_case {
+    if street.view.display_size.is_none() && !fixed_by_case {
         settings.display_size = DISPLAY_SIZE;
     }
     Ok(settings)

@@ -1,0 +1,62 @@
+//! `gridlight compare`: every combination of stages, timed, measured and reported.
+
+use super::args::CompareArgs;
+use super::bar::Bar;
+use super::{json, print};
+use crate::Error;
+use crate::compare::{self, Comparison, Lists};
+use crate::reference::Goal;
+use frame::Gpu;
+use std::time::Duration;
+
+/// Most seconds for one reference on a software adapter where nobody says.
+const SOFTWARE_SECONDS: f32 = 600.0;
+
+/// Compares what the arguments say.
+pub fn run(args: &CompareArgs) -> Result<(), Error> {
+    let base = args.view.settings()?.ok_or(Error::NoScene)?;
+    let gpu = Gpu::new(args.view.adapter.as_deref())?;
+    let is_software = gpu.info.device_type == wgpu::DeviceType::Cpu;
+    let seconds = args.reference_seconds.or(is_software.then_some(SOFTWARE_SECONDS));
+    let comparison = Comparison {
+        base,
+        lists: Lists {
+            tracers: args.tracers.clone(),
+            denoisers: args.denoisers.clone(),
+            upsamplers: args.upsamplers.clone(),
+            spp: args.spp.clone(),
+            grids: args.grids.clone(),
+        },
+        shard: args.shard,
+        frames: args.frames,
+        goal: Goal { spp: args.reference_spp, until: None, within: seconds.map(Duration::from_secs_f32) },
+        cache: args.cache.clone().unwrap_or_else(compare::default_cache),
+        out: args.out.clone(),
+        command: command(),
+        exposure: args.exposure,
+    };
+    let (bar, progress) = Bar::new(args.quiet);
+    let report = compare::run(&comparison, gpu, &progress)?;
+    drop(bar);
+    match (args.json, args.quiet) {
+        (true, _) => print(&json(&report.rows)?),
+        (false, true) => Ok(()),
+        (false, false) => print(&format!("{}wrote {}\n", report.markdown(), args.out.display())),
+    }
+}
+
+/// The command line as it was typed, without what says where and which share: those do not decide the rows.
+fn command() -> String {
+    let mut words = vec!["gridlight".to_owned()];
+    let mut given = std::env::args().skip(1);
+    while let Some(word) = given.next() {
+        match word.as_str() {
+            "--out" | "--shard" => {
+                given.next();
+            }
+            _ if word.starts_with("--out=") || word.starts_with("--shard=") => {}
+            _ => words.push(word),
+        }
+    }
+    words.join(" ")
+}

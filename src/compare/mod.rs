@@ -1,0 +1,352 @@
+//! `gridlight compare`: every combination of stages, timed and measured against what it should converge to.
+//!
+//! In: a scene and lists of stages. Out: a folder with rows, pictures and the report ([`crate::report`]).
+//!
+//! **Time.** One frame to warm up (drivers compile at the first dispatch), then a restart and `frames` frames, their
+//! passes timed by the adapter; medians, 95th percentiles and the spread between quartiles per stage.
+//! **Error.** The last of these frames, against two converged references at display size: triangles (the true error)
+//! and the same voxels (what sampling and filtering did). References are cached by the content of the scene and of
+//! every setting that decides them.
+//! **Equal time.** Beside every filtered row stands plain path tracing by the same tracer, given as many samples as fit
+//! that row's time.
+
+mod plan;
+
+pub use plan::Lists;
+
+use crate::metrics::{self, MetricError};
+use crate::output::log::MemoryBytes;
+use crate::pipeline::{Pipeline, Rendered};
+use crate::reference::{self, Goal};
+use crate::report::{
+    Errors, Facts, Picture, Reference, ReferenceInfo, Report, Row, Shard, StageTimes, Timing, heat_map,
+};
+use crate::{Error, Progress, RenderSettings, output};
+use frame::cpu::Image;
+use frame::{FrameLog, Gpu};
+use plan::traces_voxels;
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use tracer::Search;
+
+/// Linear radiance.
+type Color = Image<[f32; 3]>;
+
+/// What is compared, and where it goes.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Scene, view, sizes, and all that the combinations share.
+    pub base: RenderSettings,
+    /// What is combined.
+    pub lists: Lists,
+    /// Which of the combinations.
+    pub shard: Shard,
+    /// Timed frames of each.
+    pub frames: u32,
+    /// When references are good enough.
+    pub goal: Goal,
+    /// Where references are kept between runs.
+    pub cache: PathBuf,
+    /// Where everything is written.
+    pub out: PathBuf,
+    /// The command line, for the report.
+    pub command: String,
+    /// Stops added to the pictures' brightness.
+    pub exposure: f32,
+}
+
+/// The references that errors are measured against.
+struct References {
+    bvh: Color,
+    voxel: HashMap<u32, Color>,
+    infos: Vec<ReferenceInfo>,
+    pictures: Vec<Picture>,
+}
+
+/// Frames of one configuration.
+struct Measured {
+    color: Color,
+    logs: Vec<FrameLog>,
+    seconds: Vec<f64>,
+    /// Of the structures, when they were built.
+    build: FrameLog,
+    memory: MemoryBytes,
+}
+
+/// Renders, measures and reports.
+///
+/// # Errors
+/// A setting, scene or adapter that will not do, or a file that cannot be written; nothing is left half-written.
+pub fn run(comparison: &Comparison, gpu: Gpu, progress: &Progress) -> Result<Report, Error> {
+    if let Some(set) = comparison.lists.unused_sets(&comparison.base) {
+        return Err(Error::NoSuchStage {
+            id: set.id.clone(),
+            knob: set.knob.clone(),
+            known: "voxel, gather, tracer and the stages that are compared".into(),
+        });
+    }
+    let combinations = comparison.lists.combinations(&comparison.base, comparison.shard);
+    output::folder(&comparison.out)?;
+    let adapter = format!("{} ({} {})", gpu.info.name, gpu.info.driver, gpu.info.driver_info);
+    let Some(first) = combinations.first() else {
+        return Err(Error::NothingToCompare { index: comparison.shard.index, count: comparison.shard.count });
+    };
+    let mut pipeline = Pipeline::new(gpu, first, Progress::default())?;
+    let references = references(comparison, &combinations, &mut pipeline, progress)?;
+
+    let mut rows = Vec::new();
+    let mut pictures = references.pictures.clone();
+    // Milliseconds per sample of plain tracing, per tracer and grid, to choose samples of equal time.
+    for (k, settings) in combinations.iter().enumerate() {
+        progress.report("comparing", k as f32 / combinations.len() as f32);
+        let measured = measure(&mut pipeline, settings, comparison.frames)?;
+        let row = row(comparison, settings, &measured, None);
+        add(comparison, &references, &row, &measured, &mut rows, &mut pictures)?;
+        if settings.denoiser == "identity" {
+            continue;
+        }
+        let Some(plain) = equal_time(settings, &measured) else { continue };
+        let measured = measure(&mut pipeline, &plain, comparison.frames)?;
+        let row = self::row(comparison, &plain, &measured, Some(row.configuration()));
+        add(comparison, &references, &row, &measured, &mut rows, &mut pictures)?;
+    }
+    let facts = Facts {
+        commands: vec![comparison.command.clone()],
+        adapter,
+        scene: comparison.base.scene.clone(),
+        trace_size: comparison.base.trace_size,
+        display_size: comparison.base.display_size,
+    };
+    let report = Report::new(facts, references.infos, rows, pictures);
+    report.write(&comparison.out)?;
+    Ok(report)
+}
+
+/// Converges, or finds in the cache, triangles and the voxels of every grid that is compared.
+fn references(
+    comparison: &Comparison,
+    combinations: &[RenderSettings],
+    pipeline: &mut Pipeline,
+    progress: &Progress,
+) -> Result<References, Error> {
+    let out = &comparison.out;
+    let mut infos = Vec::new();
+    let mut pictures = Vec::new();
+    let mut converged = |pipeline: &mut Pipeline, kind: Reference, grid: Option<u32>| -> Result<Color, Error> {
+        let name = grid.map_or("reference_bvh".into(), |grid| format!("reference_voxel_{grid}"));
+        progress.report(&format!("converging {name}"), 0.0);
+        let search = if kind == Reference::Voxel { Search::Grid } else { Search::Cwbvh };
+        let key = reference::key(pipeline, search);
+        let folder = comparison.cache.join(reference::key_name(&key));
+        let found = reference::run(pipeline, search, comparison.goal, &folder)?;
+        let file = format!("{name}.exr");
+        output::color_exr(&out.join(&file), &found.mean)?;
+        let png = format!("{name}.png");
+        output::color_png(&out.join(&png), &found.mean, comparison.exposure)?;
+        pictures.push(Picture { id: name, reference: true, file: png, heat: None });
+        infos.push(ReferenceInfo {
+            kind,
+            grid,
+            spp: u32::try_from(found.summary.spp).unwrap_or(u32::MAX),
+            noise_rel_mse: Some(found.summary.noise_rel_mse),
+            gap_rmse: None,
+            file,
+        });
+        Ok(found.mean)
+    };
+    let bvh = converged(pipeline, Reference::Bvh, None)?;
+    let mut voxel = HashMap::new();
+    for settings in combinations.iter().filter(|s| traces_voxels(&s.tracer)) {
+        if voxel.contains_key(&settings.grid) {
+            continue;
+        }
+        pipeline.change(settings)?;
+        voxel.insert(settings.grid, converged(pipeline, Reference::Voxel, Some(settings.grid))?);
+    }
+    for info in infos.iter_mut().filter(|info| info.kind == Reference::Voxel) {
+        if let Some(voxel) = info.grid.and_then(|grid| voxel.get(&grid)) {
+            info.gap_rmse = metrics::rmse(&bvh, voxel).ok();
+        }
+    }
+    Ok(References { bvh, voxel, infos, pictures })
+}
+
+/// One frame to warm up, then a restart and the frames that count.
+fn measure(pipeline: &mut Pipeline, settings: &RenderSettings, frames: u32) -> Result<Measured, Error> {
+    pipeline.change(settings)?;
+    let build = pipeline.render()?.log;
+    pipeline.restart();
+    let (mut logs, mut seconds) = (Vec::new(), Vec::new());
+    let mut last: Option<Rendered> = None;
+    for _ in 0..frames.max(1) {
+        let begun = Instant::now();
+        let rendered = pipeline.render()?;
+        seconds.push(begun.elapsed().as_secs_f64());
+        logs.push(rendered.log.clone());
+        last = Some(rendered);
+    }
+    let Some(last) = last else { unreachable!("at least one frame was rendered") };
+    let color = output::color(pipeline.gpu(), &last.color, last.frame.radiance_scale)?;
+    Ok(Measured { color, logs, seconds, build, memory: MemoryBytes::of(pipeline.gpu()) })
+}
+
+/// The same without a filter, with the samples that fit into its time; none where times are not known.
+fn equal_time(settings: &RenderSettings, measured: &Measured) -> Option<RenderSettings> {
+    let median = |stage: &str| timing(&measured.logs, |log| log.stage_ms(stage)).map(|t| t.median);
+    let per_sample = median("trace")? / f64::from(settings.spp);
+    let more = if per_sample > 0.0 { median("denoise")? / per_sample } else { 0.0 };
+    let spp = (f64::from(settings.spp) + more).round().clamp(1.0, 65_535.0) as u32;
+    let sets = settings.sets.iter().filter(|set| set.id != settings.denoiser).cloned().collect();
+    Some(RenderSettings { denoiser: "identity".into(), spp, sets, ..settings.clone() })
+}
+
+fn timing(logs: &[FrameLog], of: impl Fn(&FrameLog) -> Option<f64>) -> Option<Timing> {
+    Timing::of(&logs.iter().map(of).collect::<Option<Vec<f64>>>()?)
+}
+
+/// All but the errors.
+fn row(
+    comparison: &Comparison,
+    settings: &RenderSettings,
+    measured: &Measured,
+    equal_time: Option<String>,
+) -> Row {
+    let stage = |name: &str| timing(&measured.logs, |log| log.stage_ms(name));
+    // A structure that stands still is built in the frame that warms up.
+    let build = |name: &str| measured.build.stage_ms(name).filter(|ms| *ms > 0.0);
+    let at_once = |name: &str| {
+        let ms = build(name)?;
+        Some(Timing { median: ms, p95: ms, spread: 0.0 })
+    };
+    let memory = serde_json::to_value(&measured.memory).unwrap_or_default();
+    let memory_bytes: BTreeMap<String, u64> = memory
+        .as_object()
+        .into_iter()
+        .flatten()
+        .filter_map(|(name, bytes)| Some((name.clone(), bytes.as_u64()?)))
+        .collect();
+    let moving = comparison.base.moving_share.is_some();
+    Row {
+        scene: settings.scene.clone(),
+        tracer: settings.tracer.clone(),
+        denoiser: settings.denoiser.clone(),
+        upsampler: settings.upsampler.clone(),
+        spp: settings.spp,
+        grid: traces_voxels(&settings.tracer).then_some(settings.grid),
+        knobs: settings.sets.iter().map(|s| (format!("{}.{}", s.id, s.knob), s.value.clone())).collect(),
+        equal_time,
+        stages_ms: StageTimes {
+            tessellate: stage("tessellate"),
+            voxel: if moving { stage("voxel") } else { at_once("voxel") },
+            bvh: if moving { stage("bvh") } else { at_once("bvh") },
+            gather: stage("gather"),
+            trace: stage("trace"),
+            denoise: stage("denoise"),
+            upsample: stage("upsample"),
+        },
+        total_ms: timing(&measured.logs, FrameLog::total_ms),
+        cpu_ms: Timing::of(&measured.seconds.iter().map(|s| 1e3 * s).collect::<Vec<_>>()).map(|t| t.median),
+        build_ms: measured.build.counts.get("bvh_build_cpu_ms").copied(),
+        bytes: Some(memory_bytes.iter().filter(|(name, _)| *name != "voxels_peak").map(|(_, b)| b).sum()),
+        memory_bytes,
+        ..Row::default()
+    }
+}
+
+/// Writes the picture and adds a row per reference.
+fn add(
+    comparison: &Comparison,
+    references: &References,
+    row: &Row,
+    measured: &Measured,
+    rows: &mut Vec<Row>,
+    pictures: &mut Vec<Picture>,
+) -> Result<(), Error> {
+    let mut id = row.configuration();
+    if let Some(other) = &row.equal_time {
+        id = format!("{id}, in the time of [{other}]");
+    }
+    let stem = file_stem(&id);
+    let file = format!("{stem}.png");
+    output::color_png(&comparison.out.join(&file), &measured.color, comparison.exposure)?;
+    output::color_exr(&comparison.out.join(format!("{stem}.exr")), &measured.color)?;
+    let heat = match heat_map(&measured.color, &references.bvh) {
+        Some(map) => {
+            let heat = format!("{stem}.error.png");
+            output::color_png(&comparison.out.join(&heat), &map, 0.0)?;
+            Some(heat)
+        }
+        None => None,
+    };
+    pictures.push(Picture { id, reference: false, file: file.clone(), heat });
+    let voxel = row.grid.and_then(|grid| references.voxel.get(&grid));
+    let all = [(Reference::Bvh, Some(&references.bvh)), (Reference::Voxel, voxel)];
+    for (reference, image) in all.into_iter().filter_map(|(kind, image)| Some((kind, image?))) {
+        rows.push(Row {
+            reference,
+            errors: errors(image, &measured.color),
+            image: Some(file.clone()),
+            ..row.clone()
+        });
+    }
+    Ok(())
+}
+
+/// Every figure; of a picture that holds what is no number, only how much of it.
+fn errors(reference: &Color, test: &Color) -> Errors {
+    match metrics::Errors::between(reference, test) {
+        Ok(e) => Errors {
+            rmse: Some(e.rmse),
+            rel_mse: Some(e.rel_mse),
+            smape: Some(e.smape),
+            psnr: e.psnr,
+            ssim: e.ssim,
+            flip: Some(e.flip),
+            hdr_flip: Some(e.hdr_flip),
+            bias: match e.bias {
+                [Some(r), Some(g), Some(b)] => Some([r, g, b]),
+                _ => None,
+            },
+            nan_count: Some(0),
+            temporal: None,
+        },
+        Err(MetricError::NotFinite { counts, .. }) => {
+            Errors { nan_count: Some(counts.nan_count + counts.inf_count), ..Errors::default() }
+        }
+        Err(_) => Errors::default(),
+    }
+}
+
+/// Letters and digits of a configuration, the rest as one underscore each.
+fn file_stem(id: &str) -> String {
+    let mut stem = String::new();
+    for c in id.chars() {
+        match c.is_ascii_alphanumeric() {
+            true => stem.push(c),
+            false if !stem.ends_with('_') => stem.push('_'),
+            false => {}
+        }
+    }
+    stem.trim_end_matches('_').to_owned()
+}
+
+/// Where references are kept when nobody says: the user's cache folder, else the system's scratch.
+pub fn default_cache() -> PathBuf {
+    let home = std::env::var_os("HOME").map(|home| Path::new(&home).join(".cache"));
+    let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or(home);
+    cache.unwrap_or_else(std::env::temp_dir).join("gridlight/references")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_names_hold_letters_and_digits() {
+        assert_eq!(
+            file_stem("voxel + five_phase + nearest, 4 spp, grid 256"),
+            "voxel_five_phase_nearest_4_spp_grid_256"
+        );
+    }
+}
