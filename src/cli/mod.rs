@@ -7,6 +7,7 @@ mod bar;
 mod info;
 mod list;
 mod render;
+mod report;
 mod table;
 mod values;
 
@@ -25,6 +26,7 @@ pub fn run() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::List(args) => list::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Report(command) => report::run(&command),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
