@@ -196,3 +196,13 @@ fn info_describes_adapter_and_scene() {
         assert!(scene["memory_bytes"][bytes].as_u64() > Some(0), "{bytes} in {scene}");
     }
 }
+
+#[test]
+fn merging_names_what_is_missing() {
+    let scratch = Scratch::new("merge");
+    let out = scratch.path().display();
+    ends(&gridlight("report"), 2, "merge");
+    ends(&gridlight(&format!("report merge {out}")), 2, "<SHARD>");
+    ends(&gridlight(&format!("report merge {out} {out}/one {out}/two")), 1, "one/rows.json");
+    assert!(!scratch.path().exists(), "a refusal leaves nothing behind");
+}

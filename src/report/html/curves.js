@@ -12,8 +12,9 @@ const METRICS = [
 ];
 const metricsMeasured = METRICS.filter(({ id }) => report.rows.some((row) => row[id] !== null));
 
-// Colour tells the denoiser, shape the tracer.
-const denoisers = [...new Set(report.rows.map((row) => row.denoiser))].sort();
+// Colour tells the denoiser, shape the tracer. What is unfiltered comes first: the grey one.
+const plainFirst = (a, b) => (b === "identity") - (a === "identity") || a.localeCompare(b);
+const denoisers = [...new Set(report.rows.map((row) => row.denoiser))].sort(plainFirst);
 const tracers = [...new Set(report.rows.map((row) => row.tracer))].sort().reverse();
 const COLORS = 10;
 const colorOf = (row) => `color-${denoisers.indexOf(row.denoiser) % COLORS}`;
@@ -29,7 +30,9 @@ const hidden = new Set();
 options(byId("metric"), metricsMeasured.map(({ id, name }) => [id, name]));
 options(byId("reference"), referencesMeasured.map((kind) => [kind, referenceWords[kind]]));
 for (const id of ["metric", "reference"]) byId(id).addEventListener("change", drawCurves);
-new ResizeObserver(() => drawCurves()).observe(byId("chart"));
+let drawnWidth = 0;
+// A frame later, and only for another width: drawing changes the height, which must not call for drawing again.
+new ResizeObserver(() => requestAnimationFrame(() => byId("chart").clientWidth !== drawnWidth && drawCurves())).observe(byId("chart"));
 
 function drawCurves() {
   const metric = metricsMeasured.find(({ id }) => id === byId("metric").value);
@@ -39,6 +42,7 @@ function drawCurves() {
   const timed = metric
     ? report.rows.filter((row) => row.reference === byId("reference").value && fits(time(row), true) && fits(error(row), metric.log))
     : [];
+  drawnWidth = byId("chart").clientWidth;
   drawLegend(timed);
   const rows = timed.filter((row) => !hidden.has(row.denoiser) && !hidden.has(row.tracer));
   if (!rows.length) {
@@ -106,10 +110,11 @@ function showTip(mark, row) {
   );
   tip.hidden = false;
   const place = mark.getBoundingClientRect(), size = tip.getBoundingClientRect();
-  const left = place.left + place.width / 2 - size.width / 2;
-  const above = place.top - size.height - 4;
-  tip.style.left = `${Math.max(6, Math.min(left, document.documentElement.clientWidth - size.width - 6))}px`;
-  tip.style.top = `${above > 4 ? above : place.bottom + 4}px`;
+  const { clientWidth, clientHeight } = document.documentElement;
+  // Beside the point, on the side that has room; on a phone, over what is left.
+  const left = place.right + 4 + size.width < clientWidth ? place.right + 4 : place.left - 4 - size.width;
+  tip.style.left = `${Math.max(6, left)}px`;
+  tip.style.top = `${Math.max(6, Math.min(place.top - size.height / 3, clientHeight - size.height - 6))}px`;
 }
 
 /** Denoisers by colour, tracers by shape; a press hides or shows. */

@@ -157,7 +157,7 @@ stage.addEventListener("keydown", (event) => {
   else return;
   event.preventDefault();
 });
-new ResizeObserver(place).observe(stage);
+new ResizeObserver(() => requestAnimationFrame(place)).observe(stage);
 
 const probe = element("canvas", { width: 1, height: 1 }).getContext("2d", { willReadFrequently: true });
 

@@ -41,6 +41,9 @@ function stagesOf(row) {
     ...stages.map(([stage, timing]) => element("span", { class: `stage-${stage}`, style: `flex-grow: ${timing.median}` })));
 }
 
+const stagesMeasured = Object.keys(report.rows[0]?.stages_ms ?? {}).filter((stage) => report.rows.some((row) => row.stages_ms[stage]?.median > 0));
+byId("stages").replaceChildren(...stagesMeasured.map((stage) => element("li", {}, element("span", { class: `stage-${stage}` }), stage)));
+
 const headers = COLUMNS.map((column) => {
   const button = element("button", { type: "button", title: column.title }, column.name);
   button.addEventListener("click", () => {
