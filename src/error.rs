@@ -101,6 +101,9 @@ pub enum Error {
         /// Of how many.
         count: usize,
     },
+    /// Shards of a comparison that do not make one, or a picture of it that is not there.
+    #[error(transparent)]
+    Report(#[from] crate::report::MergeError),
     /// A file could not be written.
     #[error("{path}: {message}", path = path.display())]
     Write {

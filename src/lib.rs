@@ -2,7 +2,8 @@
 //!
 //! This crate assembles the street: [`settings`] say what is asked for, the pipeline runs one frame as one function
 //! over the stage crates, [`output`] writes what came out, [`input`] reads it back, [`metrics`] say how far it is from a
-//! reference, and [`cli`] is the command line around it.
+//! [`reference`], [`compare`] does so for every combination of stages and [`report`] tells what came of it. [`cli`] is
+//! the command line around it all.
 
 pub mod cli;
 pub mod compare;
@@ -13,6 +14,7 @@ pub mod output;
 pub mod pipeline;
 mod progress;
 pub mod reference;
+pub mod report;
 pub mod settings;
 pub mod stages;
 mod world;

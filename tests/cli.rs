@@ -257,3 +257,13 @@ fn metrics_of_what_cannot_be_compared_is_1_with_one_message() {
     assert_eq!(scratch.files(), before, "nothing is written");
     ends(&gridlight(&format!("metrics {small}")), 2, "TEST.exr");
 }
+
+#[test]
+fn merging_names_what_is_missing() {
+    let scratch = Scratch::new("merge");
+    let out = scratch.path().display();
+    ends(&gridlight("report"), 2, "merge");
+    ends(&gridlight(&format!("report merge {out}")), 2, "<SHARD>");
+    ends(&gridlight(&format!("report merge {out} {out}/one {out}/two")), 1, "one/rows.json");
+    assert!(!scratch.path().exists(), "a refusal leaves nothing behind");
+}

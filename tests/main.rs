@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[path = "report_browser.rs"]
+mod browser;
 mod cli;
 mod furnace;
 mod metrics;

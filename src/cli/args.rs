@@ -34,6 +34,22 @@ pub enum Command {
     List(ListArgs),
     /// Describes the adapter; with a scene, what it needs and the bytes each part takes.
     Info(InfoArgs),
+    /// Works on what comparisons wrote.
+    #[command(subcommand)]
+    Report(ReportCommand),
+}
+
+/// `gridlight report`.
+#[derive(Debug, Subcommand)]
+pub enum ReportCommand {
+    /// Joins the shards of a comparison into the report that one run would have written.
+    Merge {
+        /// Folder for the whole; made where it is missing.
+        out: PathBuf,
+        /// Folders that `compare --shard i/n` wrote.
+        #[arg(required = true, value_name = "SHARD")]
+        shards: Vec<PathBuf>,
+    },
 }
 
 /// `gridlight render`.

@@ -16,7 +16,7 @@ const SOFTWARE_SECONDS: f32 = 600.0;
 pub fn run(args: &CompareArgs) -> Result<(), Error> {
     let base = args.view.settings()?.ok_or(Error::NoScene)?;
     let gpu = Gpu::new(args.view.adapter.as_deref())?;
-    let is_software = gpu.info.device_type == wgpu::DeviceType::Cpu;
+    let is_software = gpu.is_software();
     let seconds = args.reference_seconds.or(is_software.then_some(SOFTWARE_SECONDS));
     let comparison = Comparison {
         base,

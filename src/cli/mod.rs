@@ -10,6 +10,7 @@ mod list;
 mod metrics;
 mod reference;
 mod render;
+mod report;
 mod table;
 mod values;
 
@@ -31,6 +32,7 @@ pub fn run() -> ExitCode {
         Command::Metrics(args) => metrics::run(&args),
         Command::List(args) => list::run(&args),
         Command::Info(args) => info::run(&args),
+        Command::Report(command) => report::run(&command),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

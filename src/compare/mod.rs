@@ -133,28 +133,29 @@ fn references(
     let out = &comparison.out;
     let mut infos = Vec::new();
     let mut pictures = Vec::new();
-    let mut converged = |pipeline: &mut Pipeline, kind: Reference, grid: Option<u32>| -> Result<Color, Error> {
-        let name = grid.map_or("reference_bvh".into(), |grid| format!("reference_voxel_{grid}"));
-        progress.report(&format!("converging {name}"), 0.0);
-        let search = if kind == Reference::Voxel { Search::Grid } else { Search::Cwbvh };
-        let key = reference::key(pipeline, search);
-        let folder = comparison.cache.join(reference::key_name(&key));
-        let found = reference::run(pipeline, search, comparison.goal, &folder)?;
-        let file = format!("{name}.exr");
-        output::color_exr(&out.join(&file), &found.mean)?;
-        let png = format!("{name}.png");
-        output::color_png(&out.join(&png), &found.mean, comparison.exposure)?;
-        pictures.push(Picture { id: name, reference: true, file: png, heat: None });
-        infos.push(ReferenceInfo {
-            kind,
-            grid,
-            spp: u32::try_from(found.summary.spp).unwrap_or(u32::MAX),
-            noise_rel_mse: Some(found.summary.noise_rel_mse),
-            gap_rmse: None,
-            file,
-        });
-        Ok(found.mean)
-    };
+    let mut converged =
+        |pipeline: &mut Pipeline, kind: Reference, grid: Option<u32>| -> Result<Color, Error> {
+            let name = grid.map_or("reference_bvh".into(), |grid| format!("reference_voxel_{grid}"));
+            progress.report(&format!("converging {name}"), 0.0);
+            let search = if kind == Reference::Voxel { Search::Grid } else { Search::Cwbvh };
+            let key = reference::key(pipeline, search);
+            let folder = comparison.cache.join(reference::key_name(&key));
+            let found = reference::run(pipeline, search, comparison.goal, &folder)?;
+            let file = format!("{name}.exr");
+            output::color_exr(&out.join(&file), &found.mean)?;
+            let png = format!("{name}.png");
+            output::color_png(&out.join(&png), &found.mean, comparison.exposure)?;
+            pictures.push(Picture { id: name, reference: true, file: png, heat: None });
+            infos.push(ReferenceInfo {
+                kind,
+                grid,
+                spp: u32::try_from(found.summary.spp).unwrap_or(u32::MAX),
+                noise_rel_mse: Some(found.summary.noise_rel_mse),
+                gap_rmse: None,
+                file,
+            });
+            Ok(found.mean)
+        };
     let bvh = converged(pipeline, Reference::Bvh, None)?;
     let mut voxel = HashMap::new();
     for settings in combinations.iter().filter(|s| traces_voxels(&s.tracer)) {

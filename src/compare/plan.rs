@@ -71,7 +71,8 @@ impl Lists {
     pub fn unused_sets<'a>(&self, base: &'a RenderSettings) -> Option<&'a crate::settings::KnobSetting> {
         let all: Vec<&String> = self.tracers.iter().chain(&self.denoisers).chain(&self.upsamplers).collect();
         base.sets.iter().find(|set| {
-            !["voxel", "gather", "tracer", &base.tessellator].contains(&set.id.as_str()) && !all.contains(&&set.id)
+            !["voxel", "gather", "tracer", &base.tessellator].contains(&set.id.as_str())
+                && !all.contains(&&set.id)
         })
     }
 }

@@ -50,7 +50,9 @@ impl Goal {
         let is_sure = |until| moments.count >= LEAST_FOR_UNTIL && moments.noise_rel_mse().sqrt() <= until;
         // Two samples, for one has no standard error.
         let is_late = |within| moments.count >= 2 && begun.elapsed() >= within;
-        moments.count >= u64::from(self.spp) || self.until.is_some_and(is_sure) || self.within.is_some_and(is_late)
+        moments.count >= u64::from(self.spp)
+            || self.until.is_some_and(is_sure)
+            || self.within.is_some_and(is_late)
     }
 }
 

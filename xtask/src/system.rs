@@ -1,4 +1,5 @@
-//! What the system must have: a graphics adapter for everything, an X server for the window's test.
+//! What the system must have: a graphics adapter for everything; an X server for the window's test and a browser for
+//! the report's, where all checks run.
 
 use crate::run::{Failure, cargo, run, say};
 use std::path::Path;
@@ -19,6 +20,12 @@ const WINDOW: &[&str] = &[
     "libxkbcommon0",
     "libxkbcommon-x11-0",
 ];
+
+/// A browser without a screen: opens the report as its reader does.
+const BROWSER: &[&str] = &["chromium"];
+
+/// The names under which the report's test looks for one.
+const BROWSERS: &[&str] = &["chromium", "chromium-browser", "google-chrome", "headless_shell"];
 
 const ELSEWHERE: &str = "no graphics adapter, and no apt-get to install Mesa's software Vulkan driver with; install \
 it or a driver for your GPU (Fedora: mesa-vulkan-drivers, Arch: vulkan-swrast, Alpine: mesa-vulkan-swrast, openSUSE: \
@@ -79,6 +86,20 @@ pub fn window() -> Result<(), Failure> {
     }
     say(&format!("installing what the window's test needs: {}", WINDOW.join(" ")));
     install(WINDOW)
+}
+
+/// Makes sure there is a browser, by one of the names that the report's test looks for or by its variable.
+pub fn browser() -> Result<(), Failure> {
+    if std::env::var_os("GRIDLIGHT_BROWSER").is_some() || BROWSERS.iter().any(|name| has(name)) {
+        return Ok(());
+    }
+    if !has("apt-get") {
+        return Err(Failure::new(
+            "the report's test needs Chromium or Chrome; install it, or name it in GRIDLIGHT_BROWSER, and try again",
+        ));
+    }
+    say(&format!("installing what the report's test needs: {}", BROWSER.join(" ")));
+    install(BROWSER)
 }
 
 /// Whether a program is on the path.

@@ -143,6 +143,11 @@ impl Gpu {
         Ok(Self { device, queue, info, timestamp_period, ledger, loop_cap: OnceLock::new() })
     }
 
+    /// Whether a CPU does the work.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
     /// The number of loop iterations after which this driver silently ends all loops of an invocation group, or none
     /// up to the 2^17 that were tried. Measured once, by [`canary`]'s kernel.
     pub fn loop_cap(&self) -> Option<u32> {

@@ -116,7 +116,7 @@ impl RayBatch {
     }
 }
 
-fn trace<T: frame::bytemuck::Pod>(
+fn trace<T: bytemuck::Pod>(
     gpu: &Gpu,
     kernel: &Kernel,
     structure: &[BindingResource<'_>],

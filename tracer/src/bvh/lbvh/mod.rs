@@ -267,7 +267,7 @@ impl Lbvh {
             node_count,
         };
         let of_bvh = BvhParams { triangles_at: 4 * node_count, triangle_count, node_count, _pad: 0 };
-        gpu.queue.write_buffer(&bvh.params, 0, frame::bytemuck::bytes_of(&of_bvh));
+        gpu.queue.write_buffer(&bvh.params, 0, bytemuck::bytes_of(&of_bvh));
         Ok(Self {
             bvh,
             parents: buffer("Lbvh::parents", 4 * (nodes + triangles), shared)?,
