@@ -116,7 +116,7 @@ impl RayBatch {
     }
 }
 
-fn trace<T: frame::bytemuck::Pod>(
+fn trace<T: bytemuck::Pod>(
     gpu: &Gpu,
     kernel: &Kernel,
     structure: &[BindingResource<'_>],
@@ -126,7 +126,8 @@ fn trace<T: frame::bytemuck::Pod>(
     for rays in rays.chunks(RAYS_PER_DISPATCH) {
         let input = gpu.storage(Room::Bvh, "RayBatch::rays", rays)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        let output = gpu.buffer(Room::Bvh, "RayBatch::answers", (size_of::<T>() * rays.len()) as u64, usage)?;
+        let output =
+            gpu.buffer(Room::Bvh, "RayBatch::answers", (size_of::<T>() * rays.len()) as u64, usage)?;
         let mut recorder = Recorder::new(gpu);
         let resources = [structure, &[input.as_entire_binding(), output.as_entire_binding()]].concat();
         recorder.compute(kernel.name(), kernel, &resources, [(rays.len() as u32).div_ceil(WORKGROUP), 1, 1]);

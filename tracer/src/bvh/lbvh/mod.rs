@@ -24,7 +24,9 @@ mod tests;
 
 use super::{Bvh, BvhParams, MOST_VISITS, margin};
 use frame::scene_gpu::{self, GpuMesh, GpuScene};
-use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, gpu_struct, surface};
+use frame::{
+    Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, gpu_struct, surface,
+};
 use scene::Aabb;
 use sort::Sort;
 use std::ops::Deref;
@@ -122,8 +124,11 @@ impl LbvhBuilder {
         };
         let pairs = Bind::storage(3, 0, "out_pairs");
         let elements = Bind::storage(3, 0, "elements");
-        let link =
-            [Bind::storage_read(2, 0, "in_pairs"), Bind::storage(3, 0, "out_elements"), Bind::storage(3, 1, "out_parents")];
+        let link = [
+            Bind::storage_read(2, 0, "in_pairs"),
+            Bind::storage(3, 0, "out_elements"),
+            Bind::storage(3, 1, "out_parents"),
+        ];
         let bounds = [
             Bind::storage_read(2, 0, "in_sheets"),
             Bind::storage_read(2, 1, "in_parents"),
@@ -181,7 +186,12 @@ impl LbvhBuilder {
     ///
     /// # Errors
     /// Those of [`LbvhBuilder::build`], where it builds.
-    pub fn refit(&self, recorder: &mut Recorder<'_>, mesh: &GpuMesh, lbvh: &mut Lbvh) -> Result<(), GpuError> {
+    pub fn refit(
+        &self,
+        recorder: &mut Recorder<'_>,
+        mesh: &GpuMesh,
+        lbvh: &mut Lbvh,
+    ) -> Result<(), GpuError> {
         if mesh.triangle_count == lbvh.triangle_count {
             self.fit(recorder, &self.params(mesh.triangle_count), mesh, lbvh);
         } else {
@@ -233,7 +243,8 @@ impl LbvhBuilder {
 impl Lbvh {
     fn new(gpu: &Gpu, params: &LbvhParams) -> Result<Self, GpuError> {
         let &LbvhParams { triangle_count, node_count, .. } = params;
-        let buffer = |label, bytes, usage| gpu.buffer(Room::Bvh, label, bytes, usage | BufferUsages::COPY_SRC);
+        let buffer =
+            |label, bytes, usage| gpu.buffer(Room::Bvh, label, bytes, usage | BufferUsages::COPY_SRC);
         let [triangles, nodes] = [triangle_count, node_count].map(u64::from);
         // A binding of an array holds at least one element.
         let element_bytes = (64 * nodes + 48 * triangles).max(16);
@@ -256,7 +267,7 @@ impl Lbvh {
             node_count,
         };
         let of_bvh = BvhParams { triangles_at: 4 * node_count, triangle_count, node_count, _pad: 0 };
-        gpu.queue.write_buffer(&bvh.params, 0, frame::bytemuck::bytes_of(&of_bvh));
+        gpu.queue.write_buffer(&bvh.params, 0, bytemuck::bytes_of(&of_bvh));
         Ok(Self {
             bvh,
             parents: buffer("Lbvh::parents", 4 * (nodes + triangles), shared)?,

@@ -54,7 +54,12 @@ impl Sort {
 
     /// Room for so many pairs, 8 bytes each.
     pub(super) fn pairs(gpu: &Gpu, count: u32) -> Result<Buffer, GpuError> {
-        gpu.buffer(Room::Bvh, "Sort::pairs", 8 * u64::from(count), BufferUsages::STORAGE | BufferUsages::COPY_SRC)
+        gpu.buffer(
+            Room::Bvh,
+            "Sort::pairs",
+            8 * u64::from(count),
+            BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+        )
     }
 
     /// Sorts `pairs` in place, with a copy of it on the way.
