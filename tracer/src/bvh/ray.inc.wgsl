@@ -105,8 +105,11 @@ fn bvh_triangle(ray: BvhRay, place: u32, hit: ptr<function, BvhHit>) {
     let w = bvh_edge(b2, a2);
     let det = u + v + w;
     let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+    // Seen from its edge, a triangle can pass the test by rounding alone, metres beside the ray: its box cannot. No shared
+    // edge is lost by that, for what lies on it is in both boxes.
+    let around = all(min(a2, min(b2, c2)) <= vec2f(0.0)) && all(max(a2, max(b2, c2)) >= vec2f(0.0));
     // A degenerate triangle, or one seen from its edge, has no area to meet.
-    if (!inside || det == 0.0 || number == ray.skip) {
+    if (!inside || !around || det == 0.0 || number == ray.skip) {
         return;
     }
     let distance = ray.shear.z * (u * a.z + v * b.z + w * c.z) / det;
