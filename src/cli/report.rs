@@ -8,10 +8,5 @@ use crate::{Error, report};
 pub fn run(command: &ReportCommand) -> Result<(), Error> {
     let ReportCommand::Merge { out, shards } = command;
     let report = report::merge(out, shards)?;
-    print(&format!(
-        "{} rows of {} shards: {}\n",
-        report.rows.len(),
-        shards.len(),
-        out.join("report.html").display()
-    ))
+    print(&format!("{} rows: {}\n", report.rows.len(), out.join("report.html").display()))
 }

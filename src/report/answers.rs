@@ -274,7 +274,7 @@ fn sort_by_time<T>(all: &mut [T], ms: impl Fn(&T) -> f64) {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
+#[allow(clippy::unwrap_used, clippy::panic)]
 mod tests {
     use super::*;
     use crate::report::synthetic::{measured_row, row, voxel_reference};

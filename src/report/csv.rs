@@ -1,8 +1,8 @@
 //! `rows.csv`: one line per row, one column per number, for spreadsheets and scripts.
 //!
 //! Columns ending in `_ms` are medians; each has neighbours `_p95_ms` and `_spread_ms`. Maps are `name=value` joined by
-//! `;`, as `--set` takes them. Numbers are the shortest decimals that read back to the same bits. A cell that begins like
-//! a formula (`=`, `@`) gets an apostrophe before it, for spreadsheets would run it.
+//! `;`, as `--set` takes them. Numbers are the shortest decimals that read back to the same bits. Text that
+//! begins like a formula (`=`, `+`, `-`, `@`) gets an apostrophe before it, for spreadsheets would run it.
 
 use super::{Row, Timing};
 use crate::Error;
@@ -92,7 +92,7 @@ fn word(text: &str) -> String {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used)]
+#[allow(clippy::unwrap_used, clippy::panic)]
 mod tests {
     use super::*;
     use crate::report::synthetic::{self, row};

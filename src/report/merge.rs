@@ -140,7 +140,7 @@ fn references(shards: &[Shard]) -> Result<Vec<ReferenceInfo>, MergeError> {
 fn refuse_duplicates(shards: &[Shard]) -> Result<(), MergeError> {
     let mut all: Vec<_> =
         shards.iter().flat_map(|shard| shard.report.rows.iter().map(move |row| (row.key(), shard))).collect();
-    all.sort_by(|(a, _), (b, _)| a.cmp(b));
+    all.sort_by_key(|(key, _)| *key);
     match all.windows(2).find_map(|pair| match pair {
         [(a, first), (b, second)] if a == b => Some((a, first, second)),
         _ => None,
@@ -252,9 +252,12 @@ mod tests {
         }
     }
 
+    /// What is changed in a shard.
+    type Change = fn(&mut Report);
+
     #[test]
     fn shards_that_do_not_belong_together_are_told_apart() {
-        let cases: [(&str, fn(&mut Report)); 5] = [
+        let cases: [(&str, Change); 5] = [
             ("scene differs: \"cornell\" in ", |r| r.facts.scene = "garden".into()),
             ("trace size differs: [640, 480]", |r| r.facts.trace_size = [320, 240]),
             ("adapter differs", |r| r.facts.adapter = "another".into()),
