@@ -340,7 +340,12 @@ impl Pipeline {
     pub fn with_knobs<R>(&mut self, visit: impl FnOnce(Vec<(&'static str, Vec<Knob<'_>>)>) -> R) -> R {
         let mut samples = self.paths.samples as u32;
         let mut conventions = self.paths.conventions as u32;
-        let of_tracer = PathSettings::knobs(&mut samples, &mut conventions, &mut self.paths.roulette_from);
+        let of_tracer = PathSettings::knobs(
+            &mut samples,
+            &mut conventions,
+            &mut self.paths.next_event,
+            &mut self.paths.roulette_from,
+        );
         let (tessellator, tracer) = (self.tessellator.name(), self.tracer.name());
         let (denoiser, upsampler) = (self.denoiser.name(), self.upsampler.name());
         let mut all = vec![
@@ -375,6 +380,7 @@ impl Pipeline {
                 ("voxel", "elevation", "voxel"),
                 ("voxel", "axes", "dominant"),
                 ("tracer", "samples", "roughness"),
+                ("tracer", "next_event", "off"),
                 ("best_candidate", "plane_test", "off"),
             ],
             Preset::Gltf => &[

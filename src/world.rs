@@ -7,7 +7,7 @@ use frame::{FrameLog, Gpu, Knob, Recorder};
 use scene::Aabb;
 use tracer::bvh::cwbvh::{self, Cwbvh};
 use tracer::bvh::lbvh::{Lbvh, LbvhBuilder};
-use tracer::{Search, World};
+use tracer::{LightList, Search, World};
 use voxel::{VoxelGrid, Voxelizer};
 
 /// The structures that stand, and what builds them.
@@ -18,6 +18,8 @@ pub struct Searches {
     lbvh: Option<Lbvh>,
     cwbvh: Option<Cwbvh>,
     lbvh_moved: bool,
+    grid_lights: Option<LightList>,
+    triangle_lights: Option<LightList>,
 }
 
 /// What a structure is built of.
@@ -46,6 +48,8 @@ impl Searches {
             lbvh: None,
             cwbvh: None,
             lbvh_moved: false,
+            grid_lights: None,
+            triangle_lights: None,
         })
     }
 
@@ -62,13 +66,15 @@ impl Searches {
     /// Another number of cells or another setting of the voxelizer: the grid is built anew when it is asked for.
     pub fn forget_grid(&mut self) {
         self.grid = None;
+        self.grid_lights = None;
     }
 
     /// Triangles moved: what depends on their places is built anew, or refitted, when it is asked for.
     pub fn moved(&mut self) {
-        self.grid = None;
+        self.forget_grid();
         self.cwbvh = None;
         self.lbvh_moved = true;
+        self.triangle_lights = None;
     }
 
     /// Makes sure that `what` stands. Submits what is recorded so far where building has to wait for it. The log has what
@@ -108,6 +114,17 @@ impl Searches {
         if what == Search::Lbvh {
             self.lbvh_moved = false;
         }
+        match (what, &self.grid) {
+            (Search::Grid, Some(grid)) if self.grid_lights.is_none() => {
+                self.grid_lights = Some(LightList::of_voxels(gpu, site.scene, grid)?);
+            }
+            (Search::Lbvh | Search::Cwbvh, _) if self.triangle_lights.is_none() => {
+                // What tessellates may still be on its way.
+                recorder.flush();
+                self.triangle_lights = Some(LightList::of_triangles(gpu, site.scene, site.mesh)?);
+            }
+            _ => {}
+        }
         Ok(log)
     }
 
@@ -119,6 +136,8 @@ impl Searches {
             grid: self.grid.as_ref(),
             lbvh: self.lbvh.as_deref(),
             cwbvh: self.cwbvh.as_ref().map(|built| &built.bvh),
+            grid_lights: self.grid_lights.as_ref(),
+            triangle_lights: self.triangle_lights.as_ref(),
         }
     }
 }

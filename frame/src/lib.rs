@@ -6,6 +6,7 @@
 // The macro `gpu_struct!` names this crate by the name its users give it.
 extern crate self as frame;
 
+mod alias;
 pub mod brdf;
 pub mod cpu;
 mod gpu;
@@ -17,6 +18,7 @@ mod recorder;
 pub mod scene_gpu;
 pub mod surface;
 
+pub use alias::Alias;
 #[doc(hidden)]
 pub use bytemuck;
 pub use gpu::{ADAPTER_VARIABLE, Buffer, Gpu, GpuError, Memory, Room, Texture};

@@ -5,6 +5,7 @@
 //! true image; searching the grid, the image that paths through the same voxels give without noise or filter. Camera
 //! rays always meet triangles, as the gathered G-buffer does. See `path/camera.rs`.
 
+use crate::path::Searched;
 use crate::path::camera::{CameraPaths, Resources};
 use crate::{PathSettings, Search, World, bvh, bvh_trace, voxel_trace};
 use frame::scene_gpu::GpuScene;
@@ -86,7 +87,11 @@ impl Converger {
             (Search::Grid, Some(grid)) => (grid.resources().to_vec(), voxel_trace::worst_case(grid)),
             _ => (of_camera.clone(), bvh::MOST_VISITS),
         };
-        let resources = Resources { of_camera: &of_camera, of_paths: &of_paths, worst_case };
+        let Some(lights) = world.lights(self.search) else {
+            unreachable!("they stand with the structure");
+        };
+        let of_paths = Searched { resources: &of_paths, worst_case, lights };
+        let resources = Resources { of_camera: &of_camera, of_paths };
         self.paths.record(recorder, uniform, world.scene, &resources, settings, band.start, samples);
     }
 

@@ -17,6 +17,7 @@ mod voxel_trace;
 pub use bvh_trace::BvhTracer;
 pub use converge::{Converger, Moment};
 pub use gather::Gather;
+pub use lights::LightList;
 pub use path::{Conventions, PathSettings, SampleRule};
 pub use voxel_trace::VoxelTracer;
 
@@ -38,6 +39,10 @@ pub struct World<'a> {
     pub lbvh: Option<&'a Bvh>,
     /// The wide BVH built on the CPU, likewise.
     pub cwbvh: Option<&'a Bvh>,
+    /// Emitters as the grid holds them; stands with the grid.
+    pub grid_lights: Option<&'a LightList>,
+    /// Emitters among the triangles; stands with a BVH.
+    pub triangle_lights: Option<&'a LightList>,
 }
 
 impl<'a> World<'a> {
@@ -48,6 +53,11 @@ impl<'a> World<'a> {
             Search::Lbvh => self.lbvh,
             Search::Cwbvh => self.cwbvh,
         }
+    }
+
+    /// What finds light there.
+    fn lights(&self, search: Search) -> Option<&'a LightList> {
+        if search == Search::Grid { self.grid_lights } else { self.triangle_lights }
     }
 }
 

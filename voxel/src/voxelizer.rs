@@ -168,11 +168,22 @@ impl Voxelizer {
             log.counts.insert(name.into(), count.into());
         }
         let Layout { cells, voxel_size, origin } = layout;
-        let structure = build.structure;
-        Ok((
-            VoxelGrid { cells, voxel_size, origin, structure, records, uniform, voxel_count, brick_count },
-            log,
-        ))
+        let (structure, factors) = (build.structure, build.factors);
+        let mut grid = VoxelGrid {
+            cells,
+            voxel_size,
+            origin,
+            structure,
+            records,
+            uniform,
+            voxel_count,
+            brick_count,
+            glowing: Vec::new(),
+        };
+        if let Some(factors) = &factors {
+            grid.glowing = self.emitters.glowing(gpu, factors, &grid)?;
+        }
+        Ok((grid, log))
     }
 
     /// Records of a run of slots, and how many.

@@ -45,7 +45,7 @@ pub(super) fn emitters(geometry: &Geometry, materials: &[scene::Material], image
         .collect()
 }
 
-fn mean_luminance(material: &scene::Material, images: &[Image]) -> f32 {
+pub(super) fn mean_luminance(material: &scene::Material, images: &[Image]) -> f32 {
     if !material.emits() {
         return 0.0;
     }

@@ -15,4 +15,16 @@ struct Light {
   cos_outer: f32,   // a spot's edge
 };
 
-@group(1) @binding(15) var<storage, read> lights: array<Light>;
+// Four vectors per light, in the order of the fields; whoever binds it may append what it likes.
+@group(1) @binding(15) var<storage, read> lights: array<vec4u>;
+
+const LIGHT_VECTORS = 4u;
+
+fn light_at(index: u32) -> Light {
+  let at = LIGHT_VECTORS * index;
+  let a = lights[at];
+  let b = bitcast<vec4f>(lights[at + 1u]);
+  let c = bitcast<vec4f>(lights[at + 2u]);
+  let d = bitcast<vec4f>(lights[at + 3u]);
+  return Light(bitcast<vec3f>(a.xyz), a.w, b.xyz, b.w, c.xyz, c.w, d.x);
+}

@@ -17,7 +17,11 @@ use std::f32::consts::PI;
 /// The snippet: `struct Light`, its kinds, and the list.
 pub const LIGHT_WGSL: &str = include_str!("light.inc.wgsl");
 /// The list.
-pub const LIGHTS_BIND: Bind = Bind::storage_read(1, 15, "lights").of::<Light>();
+pub const LIGHTS_BIND: Bind = Bind::storage_read(1, 15, "lights");
+/// Vectors of 16 bytes that a [`Light`] takes, `light_at` reads them.
+pub const LIGHT_VECTORS: u32 = 4;
+
+const _: () = assert!(size_of::<Light>() == 16 * LIGHT_VECTORS as usize);
 
 crate::gpu_struct! {
     /// See `light.inc.wgsl`.

@@ -32,6 +32,7 @@ struct Material {
   normal_scale: f32,
   flags: u32,        // MATERIAL_*, and from bit 8 on which slots are used
   f90: f32,
+  glow: f32,         // mean luminance of the emission
   slots: array<MaterialSlot, 8>,
 };
 
@@ -142,6 +143,24 @@ fn material_opacity(material: u32, point: MeshPoint, area: f32) -> f32 {
     alpha *= material_lookup(materials[material].slots[MATERIAL_SLOT_BASE], point, area, is_mask).a;
   }
   return select(alpha, select(0.0, 1.0, alpha >= materials[material].cutoff), is_mask);
+}
+
+// ---- emission ----
+
+// What the front side emits, times radiance_scale.
+fn material_emission(material: u32, point: MeshPoint) -> vec3f {
+  let flags = materials[material].flags;
+  var emission = materials[material].emission;
+  if (material_has_slot(flags, MATERIAL_SLOT_EMISSION)) {
+    emission *= material_lookup(materials[material].slots[MATERIAL_SLOT_EMISSION], point, 0.0, false).rgb;
+  }
+  if ((flags & MATERIAL_UNLIT) != 0u) {
+    emission *= materials[material].base.rgb * point.color.rgb;
+    if (material_has_slot(flags, MATERIAL_SLOT_BASE)) {
+      emission *= material_lookup(materials[material].slots[MATERIAL_SLOT_BASE], point, 0.0, false).rgb;
+    }
+  }
+  return emission;
 }
 
 // ---- the surface ----

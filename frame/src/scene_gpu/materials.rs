@@ -80,8 +80,10 @@ crate::gpu_struct! {
         pub flags: u32,
         /// Dielectric reflectance at grazing incidence. A surface that is stored forgets it and has `min(1, F0 / 0.02)`.
         pub f90: f32,
+        /// Mean luminance of what its front side emits, times `radiance_scale`; 0 = nothing. What light is looked for by.
+        pub glow: f32,
         /// WGSL aligns the slots to 16.
-        pub _pad: [u32; 3],
+        pub _pad: [u32; 2],
         /// In the order of `scene::Material::textures`.
         pub slots: [MaterialSlot; 8],
     }
@@ -177,7 +179,13 @@ fn threshold(material: &scene::Material) -> Option<u16> {
 }
 
 /// As the shader reads it.
-pub(super) fn encode(material: &scene::Material, pool: &TexturePool, radiance_scale: f32) -> Material {
+/// `glow` is the mean luminance of its emission, times `radiance_scale`.
+pub(super) fn encode(
+    material: &scene::Material,
+    pool: &TexturePool,
+    radiance_scale: f32,
+    glow: f32,
+) -> Material {
     let mut flags = 0;
     let mut base = material.base_color;
     let mut cutoff = 0.0;
@@ -228,7 +236,8 @@ pub(super) fn encode(material: &scene::Material, pool: &TexturePool, radiance_sc
         normal_scale: material.normal_scale,
         flags,
         f90: material.specular,
-        _pad: [0; 3],
+        glow,
+        _pad: [0; 2],
         slots: encoded,
     }
 }

@@ -10,6 +10,7 @@
 //! | 13 | `sky_map` | [`SKY_WGSL`] |
 //! | 14 | `brdf_table` | [`crate::brdf::WGSL`] |
 //! | 15 | `lights` | [`LIGHT_WGSL`] |
+//! | 19 | `sky_table` | [`SKY_TABLE_WGSL`] |
 //!
 //! (16 to 18 are the voxel grid's.) Emission, sky and lights are stored times [`GpuScene::radiance_scale`].
 
@@ -19,21 +20,23 @@ mod materials;
 mod mesh;
 pub mod reference;
 mod sky;
+mod sky_table;
 #[cfg(test)]
 mod tests;
 mod texels;
 mod textures;
 
 pub use emitters::Emitter;
-pub use lights::{LIGHT_WGSL, LIGHTS_BIND, Light, RadianceScale};
+pub use lights::{LIGHT_VECTORS, LIGHT_WGSL, LIGHTS_BIND, Light, RadianceScale};
 pub use materials::{MATERIAL_BINDS, MATERIAL_WGSL, Material, MaterialSlot};
 pub use mesh::{GpuMesh, MESH_BINDS, MESH_PREVIOUS_BIND, MESH_WGSL, VertexLayout};
 pub use sky::{SKY_BIND, SKY_WGSL};
+pub use sky_table::{SKY_TABLE_BIND, SKY_TABLE_WGSL};
 pub use texels::Encoding;
 pub use textures::{CLASSES, Place, TexturePool, Use};
 
 use crate::brdf::BrdfTable;
-use crate::{Bind, Buffer, Gpu, GpuError, Room, Texture};
+use crate::{Bind, Buffer, Gpu, GpuError, Room, Texture, cpu};
 use glam::Vec3;
 use scene::{Aabb, Geometry, Scene, SceneNeeds};
 use wgpu::BindingResource;
@@ -99,6 +102,10 @@ pub struct GpuScene {
     pub textures: TexturePool,
     /// Radiance by direction.
     pub sky: Texture,
+    /// Where the sky is bright: what [`SKY_TABLE_WGSL`] samples it by; one texel where it is the same everywhere.
+    pub sky_table: Texture,
+    /// Luminance of the irradiance that a whole sky of its mean would give, times `radiance_scale`.
+    pub sky_power: f32,
     /// [`BrdfTable`].
     pub brdf_table: Buffer,
     /// Array of [`Light`], the sun first.
@@ -113,6 +120,8 @@ pub struct GpuScene {
     pub needs: SceneNeeds,
     /// Per material, whether light may pass straight through: masks, blends, thin panes.
     pub sheets: Vec<bool>,
+    /// Per material the mean luminance of what its front side emits, times `radiance_scale`.
+    pub glows: Vec<f32>,
     /// Objects that glow, at the moment of upload.
     pub emitters: Vec<Emitter>,
     tail: Vec<Vec3>,
@@ -138,7 +147,13 @@ impl GpuScene {
         if lost > 0 {
             warnings.push(format!("radiance_scale {scale}: {lost} radiances stay below the smallest step"));
         }
-        let mut encoded: Vec<_> = simplified.iter().map(|m| materials::encode(m, &textures, scale)).collect();
+        let glows: Vec<f32> =
+            simplified.iter().map(|m| scale * emitters::mean_luminance(m, &scene.images)).collect();
+        let mut encoded: Vec<_> = simplified
+            .iter()
+            .zip(&glows)
+            .map(|(m, glow)| materials::encode(m, &textures, scale, *glow))
+            .collect();
         let sheets = encoded.iter().map(materials::is_sheet).collect();
         // A binding of an array holds at least one element.
         if encoded.is_empty() {
@@ -146,6 +161,7 @@ impl GpuScene {
         }
         let (sky, warning) = sky::upload(gpu, &scene.sky, scale)?;
         warnings.extend(warning);
+        let sky_table = sky_table::upload(gpu, &scene.sky)?;
         let lights = lights::lights(scene.sun, geometry, scale);
         let result = Self {
             mesh: GpuMesh::new(gpu, geometry)?,
@@ -159,6 +175,9 @@ impl GpuScene {
             bounds: scene.bounds(),
             needs: needs(scene, options.model),
             sheets,
+            glows,
+            sky_table,
+            sky_power: scale * cpu::luminance(scene.sky.mean_radiance().to_array()) * std::f32::consts::PI,
             emitters: emitters::emitters(geometry, &simplified, &scene.images),
             tail: moving(geometry).to_vec(),
             sun: scene.sun,
@@ -182,6 +201,16 @@ impl GpuScene {
     pub fn constants(&self) -> [(&'static str, f64); 4] {
         let [stride, uv1, color] = self.mesh.layout.constants();
         [stride, uv1, color, ("material_arrays", self.textures.used_arrays().into())]
+    }
+
+    /// Whether light comes from surfaces or from a sky that is brighter somewhere: what is worth aiming at.
+    pub fn has_areas(&self) -> bool {
+        self.has_sky_map() || self.glows.iter().any(|glow| *glow > 0.0)
+    }
+
+    /// Whether the sky is a map.
+    pub fn has_sky_map(&self) -> bool {
+        self.sky_table.width() > 1
     }
 
     /// What [`MATERIAL_BINDS`] binds.

@@ -17,6 +17,10 @@ struct Hit {
     face: vec3f,
     // The triangle's, towards the ray.
     flat_face: vec3f,
+    // Front side of the triangle.
+    triangle_face: vec3f,
+    // Mean luminance of its emission.
+    glow: f32,
     // World, m, from the corners: closer to the triangle than the ray's own arithmetic.
     position: vec3f,
     // x names the triangle, for a ray that leaves it.
@@ -47,6 +51,8 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
         hit.distance = met.distance;
         hit.position = point.position;
         hit.own = vec2u(met.triangle, 0u);
+        hit.triangle_face = point.face_normal;
+        hit.glow = materials[mesh_material(met.triangle)].glow;
         let judge = select(point.face_normal, point.normal, bvh_smooth_horizon);
         hit.front = dot(judge, direction) < 0.0;
         hit.face = select(-judge, judge, hit.front);
@@ -63,6 +69,31 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
         }
     }
     return hit;
+}
+
+// A point of an emitting triangle, seen from `from`: its radiance, and the density but for the sum of all weights.
+fn hit_emitter(emitter: vec2u, from_point: vec3f, own: vec2u, u: vec3f) -> LightSample {
+    let triangle = emitter.x;
+    let root = sqrt(u.x);
+    let point = mesh_point(triangle, vec2f(root * (1.0 - u.y), root * u.y));
+    let away = point.position - from_point;
+    let distance_2 = max(dot(away, away), 1e-20);
+    let distance = sqrt(distance_2);
+    let wi = away / distance;
+    let cosine = -dot(point.face_normal, wi);
+    if (cosine <= 1e-6 || triangle == own.x) {
+        return LightSample(wi, 0.0, vec3f(0.0), 0.0);
+    }
+    let material = mesh_material(triangle);
+    let pdf = materials[material].glow * distance_2 / cosine;
+    // Ends before the triangle itself.
+    let reach = distance - max(2.0 * hit_off(point.position), 1.5e-5 * distance);
+    return LightSample(wi, reach, material_emission(material, point), pdf);
+}
+
+// The density with which hit_emitter chooses what a ray from `from` met.
+fn hit_emitter_pdf(hit: Hit, from_point: vec3f, direction: vec3f, distance: f32) -> f32 {
+    return hit.glow * distance * distance / max(-dot(hit.triangle_face, direction), 1e-6);
 }
 
 fn hit_blocked(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> u32 {

@@ -8,7 +8,7 @@
 //! roundings of its position, and never meets the triangle it leaves.
 
 use crate::bvh::{self, Bvh, cwbvh, lbvh};
-use crate::path::{PathSettings, Paths, Structure};
+use crate::path::{PathSettings, Paths, Searched, Structure};
 use crate::{Search, Tracer, World};
 use frame::scene_gpu::{self, GpuMesh, GpuScene};
 use frame::{FrameInfo, GBuffer, Gpu, GpuError, Knob, RadianceImage, Recorder, Uniform};
@@ -93,10 +93,11 @@ impl Tracer for BvhTracer {
         gbuffer: &GBuffer,
         paths: &PathSettings,
     ) -> RadianceImage {
-        let Some(bvh) = world.bvh(self.search) else {
+        let (Some(bvh), Some(lights)) = (world.bvh(self.search), world.lights(self.search)) else {
             unreachable!("the pipeline builds what every tracer says it searches");
         };
         let resources = resources(world.scene, world.mesh, bvh);
-        self.paths.trace(recorder, uniform, world.scene, &resources, bvh::MOST_VISITS, frame, gbuffer, paths)
+        let searched = Searched { resources: &resources, worst_case: bvh::MOST_VISITS, lights };
+        self.paths.trace(recorder, uniform, world.scene, searched, frame, gbuffer, paths)
     }
 }

@@ -7,14 +7,18 @@ struct LightSample {
     distance: f32,
     // On a plane facing `wi`, already divided by the probability of this choice.
     irradiance: vec3f,
+    // Of this choice, 1/sr; LIGHT_CERTAIN for light that no path finds by chance.
+    pdf: f32,
 }
+
+const LIGHT_CERTAIN = 1e12;
 
 // u.x picks among the lights `first` to `end` - 1, the rest of it and u.y a point of the sun's disc.
 fn light_sample(first: u32, end: u32, point: vec3f, u: vec2f) -> LightSample {
     let count = end - first;
     let scaled = u.x * f32(count);
     let index = min(u32(scaled), count - 1u);
-    let light = lights[first + index];
+    let light = light_at(first + index);
     let chosen = light.intensity * f32(count);
     if (light.kind == LIGHT_SUN || light.kind == LIGHT_DIRECTIONAL) {
         // Uniform over the disc: even in the cosine of the angle from its centre.
@@ -24,7 +28,7 @@ fn light_sample(first: u32, end: u32, point: vec3f, u: vec2f) -> LightSample {
         let axis = -light.direction;
         let side = normalize(cross(axis, select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(axis.x) > 0.7)));
         let wi = normalize(axis * cosine + radius * (cos(phi) * side + sin(phi) * cross(axis, side)));
-        return LightSample(wi, 4.0 * frame.diagonal, chosen);
+        return LightSample(wi, 4.0 * frame.diagonal, chosen, LIGHT_CERTAIN);
     }
     let to_light = light.position - point;
     let distance_2 = max(dot(to_light, to_light), 1e-12);
@@ -40,5 +44,5 @@ fn light_sample(first: u32, end: u32, point: vec3f, u: vec2f) -> LightSample {
         let edge = clamp((dot(-wi, light.direction) - light.cos_outer) / width, 0.0, 1.0);
         irradiance *= edge * edge;
     }
-    return LightSample(wi, distance, irradiance);
+    return LightSample(wi, distance, irradiance, LIGHT_CERTAIN);
 }

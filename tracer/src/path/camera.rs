@@ -10,8 +10,8 @@
 
 use super::kernels::Workshop;
 use super::{
-    COUNTER_NAMES, COUNTERS_BYTES, MOST_SEGMENTS, PATH_BYTES, PathSettings, Segments, Structure, params,
-    rounds,
+    COUNTER_NAMES, COUNTERS_BYTES, MOST_SEGMENTS, PATH_BYTES, PathSettings, Searched, Segments, Structure,
+    of_scene, params, rounds,
 };
 use frame::scene_gpu::GpuScene;
 use frame::{Buffer, Gpu, GpuError, Kernel, Recorder, Room, Uniform};
@@ -43,10 +43,8 @@ pub(crate) struct CameraPaths {
 pub(crate) struct Resources<'a> {
     /// Of the structure that camera rays are traced in.
     pub(crate) of_camera: &'a [BindingResource<'a>],
-    /// Of the structure that paths are traced in.
-    pub(crate) of_paths: &'a [BindingResource<'a>],
-    /// Most iterations of one ray in it.
-    pub(crate) worst_case: u32,
+    /// That paths are traced in.
+    pub(crate) of_paths: Searched<'a>,
 }
 
 impl CameraPaths {
@@ -58,8 +56,14 @@ impl CameraPaths {
         size: [u32; 2],
         settings: &PathSettings,
     ) -> Result<Self, GpuError> {
-        let workshop =
-            |structure| Workshop { gpu, structure, scene, conventions: settings.conventions, camera: true };
+        let workshop = |structure| Workshop {
+            gpu,
+            structure,
+            scene,
+            conventions: settings.conventions,
+            areas: settings.next_event,
+            camera: true,
+        };
         let largest = gpu.device.limits().max_storage_buffer_binding_size;
         let row_bytes = PIXEL_BYTES * u64::from(size[0]);
         let band = (largest / row_bytes).clamp(1, u64::from(size[1])) as u32;
@@ -94,7 +98,7 @@ impl CameraPaths {
     ) {
         recorder.clear(&self.counters);
         recorder.clear(&self.sums);
-        let mut params = params(recorder.gpu(), scene, settings, resources.worst_case, MOST_SEGMENTS);
+        let mut params = params(recorder.gpu(), scene, settings, &resources.of_paths, MOST_SEGMENTS);
         params.first_row = first_row;
         params.rows = self.band.min(self.size[1] - first_row);
         let groups = [self.size[0].div_ceil(8), params.rows.div_ceil(8), 1];
@@ -111,13 +115,9 @@ impl CameraPaths {
             list.extend([pixels.clone(), counters.clone()]);
             recorder.compute(&camera, &self.camera, &list, groups);
             if params.bounces > 0 {
-                let mut list = vec![
-                    uniform.binding(),
-                    of_sample.binding(),
-                    scene.brdf_table.as_entire_binding(),
-                    scene.lights.as_entire_binding(),
-                ];
-                list.extend_from_slice(resources.of_paths);
+                let mut list = vec![uniform.binding(), of_sample.binding()];
+                list.extend(of_scene(scene, resources.of_paths.lights));
+                list.extend_from_slice(resources.of_paths.resources);
                 list.extend_from_slice(&buffers);
                 recorder.compute(&start, &self.start, &list, groups);
                 let segments = Segments {
@@ -129,7 +129,7 @@ impl CameraPaths {
                     endless: settings.bounces.is_none(),
                     groups,
                 };
-                segments.record(recorder, scene, resources.of_paths, &buffers, &self.counters);
+                segments.record(recorder, scene, &resources.of_paths, &buffers, &self.counters);
             }
             let list = [
                 uniform.binding(),

@@ -10,7 +10,8 @@ const PARAMS_WGSL: &str = "
 struct PathParams {
     sample: u32, samples: u32, first_sample: u32, bounces: u32,
     lights: u32, by_roughness: u32, roulette_from: u32, segments: u32,
-    first_row: u32, rows: u32, _pad: vec2u,
+    first_row: u32, rows: u32, has_areas: u32, emitter_count: u32,
+    lights_stored: u32, emitter_share: f32, emitter_total: f32, sky_share: f32,
 }
 // One would do. Where a uniform alone decides a branch, Mesa's software driver builds the kernel anew for each dispatch
 // with the uniform's value in it; an index that it cannot foresee (0: there is one layer of groups) keeps it from that.
@@ -28,12 +29,18 @@ const COUNTERS: Bind = Bind::storage(1, 33, "counters");
 const OF_FRAME: [Bind; 2] =
     [Bind::uniform::<info::Frame>(0, 0, "frame"), Bind::uniform_array(0, 1, "params_of").of::<PathParams>()];
 
+/// What every vertex of a path reads.
+const OF_SCENE: [Bind; 4] =
+    [scene_gpu::SKY_BIND, scene_gpu::SKY_TABLE_BIND, scene_gpu::BRDF_TABLE_BIND, scene_gpu::LIGHTS_BIND];
+
 /// Makes kernels of one structure for one scene.
 pub(super) struct Workshop<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) structure: &'a Structure,
     pub(super) scene: &'a GpuScene,
     pub(super) conventions: Conventions,
+    /// Light samples to emitters and to the sky.
+    pub(super) areas: bool,
     /// A pixel's first hit comes from its own camera ray, not from the G-buffer.
     pub(super) camera: bool,
 }
@@ -52,6 +59,7 @@ impl Workshop<'_> {
             scene_gpu::LIGHT_WGSL,
             lights::WGSL,
             scene_gpu::SKY_WGSL,
+            scene_gpu::SKY_TABLE_WGSL,
             PARAMS_WGSL,
             self.pixel(),
         ];
@@ -60,6 +68,7 @@ impl Workshop<'_> {
         let needs = &self.scene.needs;
         let mut constants = vec![
             ("path_lights", f64::from(needs.shadow_rays)),
+            ("path_areas", f64::from(self.areas && self.scene.has_areas())),
             ("path_specular", f64::from(needs.specular)),
             ("path_transmission", f64::from(needs.transmission)),
             ("path_coverage", f64::from(needs.coverage)),
@@ -76,10 +85,10 @@ impl Workshop<'_> {
         Ok(Kernel::new(self.gpu, &desc)?)
     }
 
-    /// Bindings: frame, params, table, lights, the structure's, paths, pixels, counters; then the G-buffer, if it is read.
+    /// Bindings: frame, params, sky, its table, BRDF table, lights, the structure's, paths, pixels, counters; then the G-buffer, if it is read.
     pub(super) fn start(&self) -> Result<Kernel, GpuError> {
         let mut bindings = OF_FRAME.to_vec();
-        bindings.extend([scene_gpu::BRDF_TABLE_BIND, scene_gpu::LIGHTS_BIND]);
+        bindings.extend(OF_SCENE);
         bindings.extend(&self.structure.binds);
         bindings.extend([PATHS, PIXELS, COUNTERS]);
         if !self.camera {
@@ -94,10 +103,10 @@ impl Workshop<'_> {
         self.kernel("path_start", &[first, include_str!("start.wgsl")], &bindings)
     }
 
-    /// Bindings: frame, params, sky, table, lights, the structure's, paths, pixels, counters.
+    /// Bindings: frame, params, sky, its table, BRDF table, lights, the structure's, paths, pixels, counters.
     pub(super) fn segment(&self) -> Result<Kernel, GpuError> {
         let mut bindings = OF_FRAME.to_vec();
-        bindings.extend([scene_gpu::SKY_BIND, scene_gpu::BRDF_TABLE_BIND, scene_gpu::LIGHTS_BIND]);
+        bindings.extend(OF_SCENE);
         bindings.extend(&self.structure.binds);
         bindings.extend([PATHS, PIXELS, COUNTERS]);
         self.kernel("path_segment", &[include_str!("segment.wgsl")], &bindings)

@@ -23,6 +23,7 @@ pub(crate) mod reference;
 #[cfg(test)]
 mod tests;
 
+use crate::lights::LightList;
 use frame::scene_gpu::GpuScene;
 use frame::{
     Bind, Buffer, GBuffer, Gpu, GpuError, Kernel, Knob, RadianceImage, Recorder, Room, Texture, Uniform,
@@ -39,7 +40,7 @@ const MOST_SEGMENTS: u32 = 8;
 /// once in 10^11.
 pub(crate) const ENDLESS: u32 = 512;
 /// Bytes of `Path` in WGSL.
-const PATH_BYTES: u64 = 64;
+const PATH_BYTES: u64 = 80;
 /// Bytes of `Pixel` in `pixel.inc.wgsl`.
 const PIXEL_BYTES: u64 = 48;
 /// Word of the counters that stays 0 where no path is left alive.
@@ -89,6 +90,9 @@ pub struct PathSettings {
     pub roulette_from: u32,
     /// Read when kernels are built.
     pub conventions: Conventions,
+    /// Each vertex samples emitters and a sky that is a map, instead of finding them by chance alone. Read when kernels are
+    /// built.
+    pub next_event: bool,
 }
 
 impl Default for PathSettings {
@@ -99,6 +103,7 @@ impl Default for PathSettings {
             samples: SampleRule::Fixed,
             roulette_from: 8,
             conventions: Conventions::default(),
+            next_event: true,
         }
     }
 }
@@ -108,6 +113,7 @@ impl PathSettings {
     pub fn knobs<'a>(
         samples: &'a mut u32,
         conventions: &'a mut u32,
+        next_event: &'a mut bool,
         roulette_from: &'a mut u32,
     ) -> Vec<Knob<'a>> {
         vec![
@@ -122,6 +128,12 @@ impl PathSettings {
                 samples,
                 &["fixed", "roughness"],
                 "paths per pixel: the same everywhere, or 1 to 6 by roughness as in the paper (at most --spp)",
+            ),
+            Knob::bool(
+                "next_event",
+                next_event,
+                "each vertex sends a ray to an emitter or to a bright part of the sky, weighted against finding it by \
+                 chance; off is the paper's way: more noise, less time a path",
             ),
             Knob::int(
                 "roulette_from",
@@ -158,8 +170,18 @@ gpu_struct! {
         pub first_row: u32,
         /// Rows in the buffers.
         pub rows: u32,
-        /// WGSL rounds the size up to a multiple of 16.
-        pub _pad: [u32; 2],
+        /// 1: vertices sample emitters or the sky.
+        pub has_areas: u32,
+        /// Emitters in the list.
+        pub emitter_count: u32,
+        /// Lights before them; at least one is stored.
+        pub lights_stored: u32,
+        /// Share of these samples that goes to emitters.
+        pub emitter_share: f32,
+        /// Sum of the emitters' weights.
+        pub emitter_total: f32,
+        /// Share that goes to the sky: the rest, or none.
+        pub sky_share: f32,
     }
 }
 
@@ -173,6 +195,16 @@ pub(crate) struct Structure {
     pub(crate) binds: Vec<Bind>,
     /// It reads triangles and materials, so that its kernels take their constants.
     pub(crate) of_triangles: bool,
+}
+
+/// A structure that stands, as paths bind it.
+pub(crate) struct Searched<'a> {
+    /// Behind [`Structure::binds`].
+    pub(crate) resources: &'a [wgpu::BindingResource<'a>],
+    /// Most iterations of one ray.
+    pub(crate) worst_case: u32,
+    /// What finds light in it.
+    pub(crate) lights: &'a LightList,
 }
 
 /// Buffers of one trace size.
@@ -193,7 +225,7 @@ struct Kernels {
 }
 
 /// What kernels are built for.
-type Built = (SceneNeeds, Conventions);
+type Built = (SceneNeeds, Conventions, bool);
 
 /// The kernels and buffers of paths through one kind of structure.
 pub(crate) struct Paths {
@@ -221,11 +253,17 @@ impl Paths {
         size: [u32; 2],
         settings: &PathSettings,
     ) -> Result<(), GpuError> {
-        let built = (scene.needs, settings.conventions);
+        let built = (scene.needs, settings.conventions, settings.next_event && scene.has_areas());
         // Constants of the triangles are the scene's own: another scene, other kernels.
         if self.structure.of_triangles || self.kernels.as_ref().is_none_or(|(b, _)| *b != built) {
-            let conventions = settings.conventions;
-            let workshop = Workshop { gpu, structure: &self.structure, scene, conventions, camera: false };
+            let workshop = Workshop {
+                gpu,
+                structure: &self.structure,
+                scene,
+                conventions: settings.conventions,
+                areas: settings.next_event,
+                camera: false,
+            };
             let kernels = Kernels {
                 start: workshop.start()?,
                 segment: workshop.segment()?,
@@ -248,7 +286,7 @@ impl Paths {
         Ok(())
     }
 
-    /// `structure` are the resources behind [`Structure::binds`]; `worst_case` the iterations of one ray.
+    /// Records one frame's paths.
     ///
     /// # Panics
     /// Before the first [`Paths::resize`].
@@ -257,8 +295,7 @@ impl Paths {
         recorder: &mut Recorder<'_>,
         uniform: &Uniform,
         scene: &GpuScene,
-        structure: &[wgpu::BindingResource<'_>],
-        worst_case: u32,
+        structure: Searched<'_>,
         frame: &frame::FrameInfo,
         gbuffer: &GBuffer,
         settings: &PathSettings,
@@ -269,7 +306,7 @@ impl Paths {
         for buffer in [&sized.pixels, &sized.counters] {
             recorder.clear(buffer);
         }
-        let mut params = params(recorder.gpu(), scene, settings, worst_case, self.most_segments);
+        let mut params = params(recorder.gpu(), scene, settings, &structure, self.most_segments);
         params.first_sample = frame.frame_index.wrapping_mul(settings.spp);
         params.samples = settings.spp;
         params.rows = sized.size[1];
@@ -282,13 +319,9 @@ impl Paths {
             for sample in 0..settings.spp {
                 params.sample = sample;
                 let of_dispatch = recorder.uniform(&[params; 2]);
-                let mut resources = vec![
-                    uniform.binding(),
-                    of_dispatch.binding(),
-                    scene.brdf_table.as_entire_binding(),
-                    scene.lights.as_entire_binding(),
-                ];
-                resources.extend_from_slice(structure);
+                let mut resources = vec![uniform.binding(), of_dispatch.binding()];
+                resources.extend(of_scene(scene, structure.lights));
+                resources.extend_from_slice(structure.resources);
                 resources.extend_from_slice(&buffers);
                 resources.extend_from_slice(&textures);
                 recorder.compute(&start, &kernels.start, &resources, groups);
@@ -301,7 +334,7 @@ impl Paths {
                     endless: settings.bounces.is_none(),
                     groups,
                 };
-                segments.record(recorder, scene, structure, &buffers, &sized.counters);
+                segments.record(recorder, scene, &structure, &buffers, &sized.counters);
                 recorder.progress((sample + 1) as f32 / settings.spp as f32);
             }
         }
@@ -331,15 +364,21 @@ fn params(
     gpu: &Gpu,
     scene: &GpuScene,
     settings: &PathSettings,
-    worst_case: u32,
+    structure: &Searched<'_>,
     most_segments: u32,
 ) -> PathParams {
-    // A segment is one straight line, however many sheets it passes; each sheet's light sample is another.
-    let lines = match (scene.light_count > 0, scene.needs.transmission) {
-        (false, _) => 1,
-        (true, false) => 2,
-        (true, true) => 1 + PASSES,
+    let (worst_case, lights) = (structure.worst_case, structure.lights);
+    // By the light each gives off: a lamp in a room or the sky around it. Neither is ever left out for the other.
+    let sphere = 0.25 * scene.bounds.diagonal().powi(2) * std::f32::consts::PI;
+    let (of_emitters, of_sky) = (std::f32::consts::PI * lights.emitter_total, sphere * scene.sky_power);
+    let emitter_share = match (lights.emitter_count > 0, scene.has_sky_map()) {
+        (true, true) => (of_emitters / (of_emitters + of_sky).max(f32::MIN_POSITIVE)).clamp(0.1, 0.9),
+        (has_emitters, _) => f32::from(has_emitters),
     };
+    let has_areas = settings.next_event && (lights.emitter_count > 0 || scene.has_sky_map());
+    // A segment is one straight line, however many sheets it passes; each sheet's light samples are others.
+    let samples = u32::from(scene.light_count > 0) + u32::from(has_areas);
+    let lines = 1 + samples * if scene.needs.transmission { PASSES } else { 1 };
     let segments = match gpu.loop_cap() {
         Some(cap) => (cap / (lines * (worst_case + PASSES))).clamp(1, most_segments),
         None => most_segments,
@@ -352,8 +391,24 @@ fn params(
         // With a bounce limit nothing is left to chance.
         roulette_from: if settings.bounces.is_some() { u32::MAX } else { settings.roulette_from },
         segments,
+        has_areas: u32::from(has_areas),
+        emitter_count: lights.emitter_count,
+        lights_stored: scene.light_count.max(1),
+        emitter_share: if has_areas { emitter_share } else { 0.0 },
+        emitter_total: lights.emitter_total.max(f32::MIN_POSITIVE),
+        sky_share: if has_areas && scene.has_sky_map() { 1.0 - emitter_share } else { 0.0 },
         ..Default::default()
     }
+}
+
+/// What every vertex reads, in the order of the kernels' bindings.
+fn of_scene<'a>(scene: &'a GpuScene, lights: &'a LightList) -> [wgpu::BindingResource<'a>; 4] {
+    [
+        wgpu::BindingResource::TextureView(scene.sky.view()),
+        wgpu::BindingResource::TextureView(scene.sky_table.view()),
+        scene.brdf_table.as_entire_binding(),
+        lights.buffer.as_entire_binding(),
+    ]
 }
 
 /// Dispatches that take every path to its end. A sheet passed at the first hit uses up no bounce: such a path has one
@@ -379,19 +434,14 @@ impl Segments<'_> {
         &self,
         recorder: &mut Recorder<'_>,
         scene: &GpuScene,
-        structure: &[wgpu::BindingResource<'_>],
+        structure: &Searched<'_>,
         buffers: &[wgpu::BindingResource<'_>; 3],
         counters: &Buffer,
     ) {
         let pass = format!("{}/segment", self.pass);
-        let mut resources = vec![
-            self.uniform.binding(),
-            self.params.binding(),
-            wgpu::BindingResource::TextureView(scene.sky.view()),
-            scene.brdf_table.as_entire_binding(),
-            scene.lights.as_entire_binding(),
-        ];
-        resources.extend_from_slice(structure);
+        let mut resources = vec![self.uniform.binding(), self.params.binding()];
+        resources.extend(of_scene(scene, structure.lights));
+        resources.extend_from_slice(structure.resources);
         resources.extend_from_slice(buffers);
         for round in 0..self.rounds {
             recorder.clear_words(counters, ANY_ALIVE..ANY_ALIVE + 1);

@@ -18,10 +18,14 @@ struct Path {
     // Of the solid the path is in, 1/m; zero outside.
     absorption: vec3f,
     own_y: u32,
+    // Of the direction, lobe's choice included, 1/sr; LIGHT_CERTAIN where no light sample could have taken it.
+    pdf: f32,
 }
 
 // What the scene has; what it has not costs no instruction.
 override path_lights = true;
+// Emitters, or a sky worth aiming at.
+override path_areas = true;
 override path_specular = true;
 override path_transmission = true;
 override path_coverage = true;
@@ -115,6 +119,8 @@ struct PathScatter {
     wi: vec3f,
     // f cos / p, over M_d for a diffuse sample.
     weight: vec3f,
+    // 1/sr; LIGHT_CERTAIN where light samples do not go.
+    pdf: f32,
     transmitted: bool,
     valid: bool,
 }
@@ -128,7 +134,8 @@ fn path_scatter(surface: Surface, wo: vec3f, face: vec3f, specular: bool, u: vec
     }
     // A normal map can aim a reflection below the surface, where there is no light to be had.
     let below = !sample.transmitted && dot(sample.wi, face) <= 0.0;
-    return PathScatter(sample.wi, sample.weight, sample.transmitted, sample.valid && !below);
+    let pdf = select(sample.pdf, LIGHT_CERTAIN, sample.delta || sample.transmitted);
+    return PathScatter(sample.wi, sample.weight, pdf, sample.transmitted, sample.valid && !below);
 }
 
 // What a structure can say of a shadow ray without looking at surfaces.
@@ -178,7 +185,14 @@ struct PathLight {
     specular: vec3f,
 }
 
-fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, origin: vec3f, own: vec2u) -> PathLight {
+// Share of a sample that could as well have come from the other density: power heuristic.
+fn path_share(own: f32, other: f32) -> f32 {
+    let ratio = min(other / max(own, 1e-12), 1e15);
+    return 1.0 / (1.0 + ratio * ratio);
+}
+
+// `q`: probability with which a path goes on in the diffuse lobe.
+fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, origin: vec3f, own: vec2u, q: f32, inside: bool) -> PathLight {
     let cosine = dot(surface.normal, sample.wi);
     // Seen from below its shading normal's horizon a surface is black, as for the samples of its lobes.
     if (min(cosine, dot(surface.normal, wo)) < BRDF_LEAST_COSINE || dot(face, sample.wi) <= 0.0 || max(sample.irradiance.x, max(sample.irradiance.y, sample.irradiance.z)) <= 0.0) {
@@ -188,9 +202,51 @@ fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, ori
     let arriving = sample.irradiance * cosine * path_visibility(origin, sample.wi, sample.distance, own);
     var specular = vec3f(0.0);
     if (path_specular) {
-        specular = brdf_eval(surface, wo, sample.wi).specular;
+        let value = brdf_eval_side(surface, wo, sample.wi, inside);
+        specular = value.specular * path_share(sample.pdf, (1.0 - q) * value.pdf_specular);
     }
-    return PathLight(arriving * brdf_diffuse(path_demodulated(surface), wo, sample.wi) / BRDF_PI, arriving * specular);
+    let diffuse = brdf_diffuse(path_demodulated(surface), wo, sample.wi) / BRDF_PI;
+    return PathLight(arriving * diffuse * path_share(sample.pdf, q * cosine / BRDF_PI), arriving * specular);
+}
+
+// Blocks of random numbers for what path_area_sample draws; scatterings end below them.
+const PATH_AREA_BLOCK = 0x20000000u;
+
+// A point of an emitter, or a direction of the sky, as seen from `from`.
+fn path_area_sample(from_point: vec3f, own: vec2u, pixel: vec2u, serial: u32, block: u32) -> LightSample {
+    let u = noise_at(pixel, serial, PATH_AREA_BLOCK + block);
+    let v = noise_at(pixel, serial, 2u * PATH_AREA_BLOCK + block);
+    var sample: LightSample;
+    if (u.x < params.emitter_share) {
+        let index = min(u32(u.y * f32(params.emitter_count)), params.emitter_count - 1u);
+        let at = LIGHT_VECTORS * params.lights_stored;
+        var emitter = lights[at + index];
+        if (u.z >= bitcast<f32>(emitter.w)) {
+            emitter = lights[at + emitter.z];
+        }
+        sample = hit_emitter(emitter.xy, from_point, own, v.xyz);
+        sample.pdf *= params.emitter_share / params.emitter_total;
+    } else {
+        let sky = sky_sample(vec4f(u.yz, v.xy));
+        sample = LightSample(sky.direction, 4.0 * frame.diagonal, sky_radiance(sky.direction), sky.pdf * params.sky_share);
+    }
+    sample.irradiance = select(vec3f(0.0), sample.irradiance / max(sample.pdf, 1e-20), sample.pdf > 0.0);
+    return sample;
+}
+
+// Share of emission that belongs to a path that met it, `pdf` the one of its direction. The rest is the light samples'.
+fn path_emitter_share(hit: Hit, from_point: vec3f, direction: vec3f, distance: f32, pdf: f32) -> f32 {
+    if (!path_areas || params.emitter_share == 0.0) {
+        return 1.0;
+    }
+    return path_share(pdf, hit_emitter_pdf(hit, from_point, direction, distance) * params.emitter_share / params.emitter_total);
+}
+
+fn path_sky_share(direction: vec3f, pdf: f32) -> f32 {
+    if (!path_areas || params.sky_share == 0.0) {
+        return 1.0;
+    }
+    return path_share(pdf, sky_pdf(direction) * params.sky_share);
 }
 
 fn path_roughness_samples(surface: Surface, most: u32) -> u32 {

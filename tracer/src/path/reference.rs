@@ -1,5 +1,6 @@
 //! The CPU half: the same steps as the four shaders, in the same order. Positions, directions and random numbers are f32
-//! as on the device, so that both walk through the same cells; light and probabilities are f64.
+//! as on the device, so that both walk through the same cells; light and probabilities are f64. Without samples of
+//! emitters and the sky (`PathSettings::next_event`): those are tested against paths that find both by chance.
 
 use super::{PASSES, PathParams};
 use crate::lights::reference::{LightSample, light_sample};
@@ -231,7 +232,8 @@ impl<S: Structure> World<'_, S> {
             let [x, y, ..] = noise::at(pixel.into(), serial, 1, seed);
             let sample = light_sample(lights, self.frame.diagonal, point, [x, y]);
             let origin = self.structure.start(point, face, face);
-            let [diffuse, specular] = self.light(&surface, wo, face, &sample, (origin, NO_OWN), tally);
+            let [diffuse, specular] =
+                self.light(&surface, wo, face, &sample, (origin, NO_OWN), inside, tally);
             if q > 0.0 {
                 sums[0] += diffuse.extend(0.0);
             }
@@ -318,7 +320,7 @@ impl<S: Structure> World<'_, S> {
                 let sample = light_sample(self.lights, frame.diagonal, point, [x, y]);
                 let origin = self.structure.leave(point, &hit, sample.wi.as_vec3());
                 let [diffuse, specular] =
-                    self.light(&surface, wo, hit.face, &sample, (origin, hit.own), tally);
+                    self.light(&surface, wo, hit.face, &sample, (origin, hit.own), inside, tally);
                 found += path.throughput * (m.diffuse * diffuse + specular);
             }
 
@@ -367,6 +369,7 @@ impl<S: Structure> World<'_, S> {
         face: Vec3,
         sample: &LightSample,
         from: (Vec3, [u32; 2]),
+        inside: bool,
         tally: &mut Tally,
     ) -> [DVec3; 2] {
         let normal = surface.normal.as_dvec3();
@@ -381,7 +384,7 @@ impl<S: Structure> World<'_, S> {
         let visibility = self.visibility(from, sample.wi.as_vec3(), sample.distance, tally);
         let arriving = sample.irradiance * cosine * visibility;
         let wo = wo.as_dvec3();
-        let specular = brdf::eval(surface, wo, sample.wi).specular;
+        let specular = brdf::eval_side(surface, wo, sample.wi, inside).specular;
         let diffuse = brdf::eval(&demodulated(surface), wo, sample.wi).diffuse;
         [arriving * diffuse, arriving * specular]
     }

@@ -4,6 +4,8 @@
 fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
     var found = vec3f(0.0);
     atomicAdd(&tally[TALLY_RAYS], 1u);
+    let began = (*path).origin;
+    var travelled = 0.0;
     // What is passed uses up no bounce and stays in this segment.
     for (var passed = 0u; passed < path_passes; passed += 1u) {
         let bounce = (*path).state >> PATH_BOUNCE_SHIFT;
@@ -12,7 +14,7 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         let own = vec2u((*path).own_x, (*path).own_y);
         let hit = hit_trace((*path).origin, (*path).direction, 4.0 * frame.diagonal, own);
         if (!hit.found) {
-            found += (*path).throughput * sky_radiance((*path).direction);
+            found += (*path).throughput * sky_radiance((*path).direction) * path_sky_share((*path).direction, (*path).pdf);
             (*path).first_distance += frame.diagonal;
             (*path).state &= ~PATH_ALIVE;
             return found;
@@ -20,6 +22,7 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         let wo = -(*path).direction;
         let point = (*path).origin - hit.distance * wo;
         (*path).first_distance += hit.distance;
+        travelled += hit.distance;
         var surface = path_surface(hit.surface);
         let front = hit.front;
         let solid = surface.transmission > 0.0 && !surface.thin;
@@ -40,7 +43,8 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
             continue;
         }
         if (front) {
-            found += (*path).throughput * surface.emission;
+            let share = path_emitter_share(hit, began, (*path).direction, travelled, (*path).pdf);
+            found += (*path).throughput * surface.emission * share;
         } else {
             surface.normal = -surface.normal;
             surface.handedness = -surface.handedness;
@@ -53,7 +57,13 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         if (path_lights && more && params.lights > 0u) {
             let v = noise_at(pixel, serial, block + 1u);
             let sample = light_sample(0u, params.lights, point, v.xy);
-            let light = path_light(surface, wo, hit.face, sample, hit_leave(point, hit, sample.wi), hit.own);
+            let light = path_light(surface, wo, hit.face, sample, hit_leave(point, hit, sample.wi), hit.own, q, inside);
+            found += (*path).throughput * (m_diffuse * light.diffuse + light.specular);
+        }
+        if (path_areas && more && params.has_areas != 0u) {
+            let origin = hit_leave(point, hit, hit.face);
+            let sample = path_area_sample(origin, hit.own, pixel, serial, block);
+            let light = path_light(surface, wo, hit.face, sample, origin, hit.own, q, inside);
             found += (*path).throughput * (m_diffuse * light.diffuse + light.specular);
         }
 
@@ -68,6 +78,9 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         }
         (*path).throughput *= scatter.weight * select(m_diffuse / max(q, 1e-6), vec3f(1.0 / max(1.0 - q, 1e-6)), specular);
         (*path).direction = scatter.wi;
+        if (!passes) {
+            (*path).pdf = select(scatter.pdf * select(q, 1.0 - q, specular), LIGHT_CERTAIN, scatter.pdf == LIGHT_CERTAIN);
+        }
         if (solid) {
             let now_inside = inside != scatter.transmitted;
             (*path).state = ((*path).state & ~PATH_INSIDE) | select(0u, PATH_INSIDE, now_inside);

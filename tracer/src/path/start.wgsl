@@ -1,5 +1,11 @@
 // First vertex of one path per pixel: light samples, a lobe, a direction. See mod.rs.
 
+// Adds what a light sample found to both lobes. A lobe that is absent stays black.
+fn start_light(index: u32, found: PathLight, m_specular: vec3f, q: f32) {
+    pixels[index].diffuse += vec4f(select(vec3f(0.0), found.diffuse, q > 0.0), 0.0);
+    pixels[index].specular += vec4f(found.specular / m_specular, 0.0);
+}
+
 fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
     var path: Path;
     let surface = first.surface;
@@ -21,15 +27,17 @@ fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
     let q = path_diffuse_probability(m.diffuse, m.specular, brdf_has_specular(surface));
     let serial = params.first_sample + params.sample;
 
+    let origin = hit_start(point, face, face);
     // Where the sun is somebody else's, the first hit leaves it out.
-    let first_light = select(0u, 1u, frame.sun_elsewhere != 0u && lights[0].kind == LIGHT_SUN);
+    let first_light = select(0u, 1u, frame.sun_elsewhere != 0u && light_at(0u).kind == LIGHT_SUN);
     if (params.lights > first_light) {
         let u = noise_at(pixel, serial, 1u);
         let sample = light_sample(first_light, params.lights, point, u.xy);
-        let found = path_light(surface, wo, face, sample, hit_start(point, face, face), PATH_NO_OWN);
-        // A lobe that is absent stays black.
-        pixels[index].diffuse += vec4f(select(vec3f(0.0), found.diffuse, q > 0.0), 0.0);
-        pixels[index].specular += vec4f(found.specular / m.specular, 0.0);
+        start_light(index, path_light(surface, wo, face, sample, origin, PATH_NO_OWN, q, inside), m.specular, q);
+    }
+    if (path_areas && params.has_areas != 0u) {
+        let sample = path_area_sample(origin, PATH_NO_OWN, pixel, serial, 0u);
+        start_light(index, path_light(surface, wo, face, sample, origin, PATH_NO_OWN, q, inside), m.specular, q);
     }
 
     // Stratified over the pixel's samples, so that n samples give each lobe its share to within one.
@@ -45,6 +53,7 @@ fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
     path.own_x = PATH_NO_OWN.x;
     path.own_y = PATH_NO_OWN.y;
     path.direction = scatter.wi;
+    path.pdf = select(scatter.pdf * select(q, 1.0 - q, specular), LIGHT_CERTAIN, scatter.pdf == LIGHT_CERTAIN);
     path.throughput = scatter.weight / select(vec3f(q), (1.0 - q) * m.specular, specular);
     let passes = scatter.transmitted && brdf_is_straight(surface);
     let now_inside = inside != (scatter.transmitted && !surface.thin);

@@ -15,7 +15,7 @@ mod reference;
 #[cfg(test)]
 mod tests;
 
-use crate::path::{PathSettings, Paths, Structure};
+use crate::path::{PathSettings, Paths, Searched, Structure};
 use crate::{Search, Tracer, World};
 use frame::scene_gpu::GpuScene;
 use frame::{FrameInfo, GBuffer, Gpu, GpuError, Knob, RadianceImage, Recorder, Uniform};
@@ -81,10 +81,10 @@ impl Tracer for VoxelTracer {
         gbuffer: &GBuffer,
         paths: &PathSettings,
     ) -> RadianceImage {
-        let Some(grid) = world.grid else {
-            unreachable!("the pipeline builds the grid for every tracer that says it needs one");
+        let (Some(grid), Some(lights)) = (world.grid, world.lights(Search::Grid)) else {
+            unreachable!("the pipeline builds what every tracer says it searches");
         };
-        let structure = grid.resources();
-        self.paths.trace(recorder, uniform, world.scene, &structure, worst_case(grid), frame, gbuffer, paths)
+        let searched = Searched { resources: &grid.resources(), worst_case: worst_case(grid), lights };
+        self.paths.trace(recorder, uniform, world.scene, searched, frame, gbuffer, paths)
     }
 }

@@ -12,6 +12,7 @@ struct Hit {
     face: vec3f,
     // Of the voxel's face that the ray entered through, towards the ray.
     entry: vec3f,
+    cell: vec3i,
     // Names the surface, for a ray that leaves it: normal code, and bits of normal . cell.
     own: vec2u,
     // It is the surface that the ray leaves or has just passed.
@@ -58,10 +59,51 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
         var entry = vec3f(0.0);
         entry[met.axis] = select(1.0, -1.0, direction[met.axis] > 0.0);
         hit.entry = entry;
+        hit.cell = met.cell;
         hit.own = vec2u(record.x & 0xffffffu, bitcast<u32>(dot(normal, vec3f(met.cell))));
         hit.again = hit_is_own(own, normal, met.cell);
     }
     return hit;
+}
+
+// Where a ray is inside a cell's cube, m: enters, leaves.
+fn hit_chord(cell: vec3i, origin: vec3f, direction: vec3f) -> vec2f {
+    let still = abs(direction) < vec3f(GRID_STILL);
+    let inverse = select(1.0 / select(direction, vec3f(1.0), still), vec3f(0.0), still);
+    let low = (grid.origin + grid.voxel_size * vec3f(cell) - origin) * inverse;
+    let high = low + grid.voxel_size * inverse;
+    let enter = select(min(low, high), vec3f(0.0), still);
+    let leave = select(max(low, high), vec3f(GRID_FAR), still);
+    let first = max(max(enter.x, enter.y), max(enter.z, 0.0));
+    return vec2f(first, max(min(leave.x, min(leave.y, leave.z)), first));
+}
+
+// Density of the directions to uniform points of a cell's cube, 1/sr, for a ray that crosses it: (r1^3 - r0^3) / 3V.
+fn hit_cube_pdf(cell: vec3i, origin: vec3f, direction: vec3f) -> f32 {
+    let r = hit_chord(cell, origin, direction) / grid.voxel_size;
+    return (r.y - r.x) * (r.y * r.y + r.x * r.y + r.x * r.x) / 3.0;
+}
+
+// An emitting voxel, seen from `from` through a uniform point of its cube: its radiance, and the density but for the sum
+// of all weights.
+fn hit_emitter(emitter: vec2u, from_point: vec3f, own: vec2u, u: vec3f) -> LightSample {
+    let cell = vec3i(vec3u(emitter.x & 0xffffu, emitter.x >> 16u, emitter.y));
+    let point = grid.origin + grid.voxel_size * (vec3f(cell) + u);
+    let away = point - from_point;
+    let wi = away / max(length(away), 1e-20);
+    let surface = surface_unpack_voxel(grid_records[grid_record(cell)]);
+    if (dot(surface.normal, wi) >= 0.0 || hit_is_own(own, surface.normal, cell)) {
+        return LightSample(wi, 0.0, vec3f(0.0), 0.0);
+    }
+    let pdf = brdf_luminance(surface.emission) * hit_cube_pdf(cell, from_point, wi);
+    // Ends before the cube itself.
+    let reach = hit_chord(cell, from_point, wi).x - HIT_NUDGE * grid.voxel_size;
+    return LightSample(wi, reach, surface.emission * surface.coverage, pdf);
+}
+
+// The density with which hit_emitter chooses what a ray from `from` met.
+fn hit_emitter_pdf(hit: Hit, from_point: vec3f, direction: vec3f, distance: f32) -> f32 {
+    return brdf_luminance(hit.surface.emission) * hit_cube_pdf(hit.cell, from_point, direction);
 }
 
 // A cell says nothing about light that passes it, its surface does.

@@ -22,7 +22,8 @@ pub mod flux;
 mod tests;
 
 use crate::Grid;
-use crate::grid::{GRID_WGSL, Layout};
+use crate::VoxelGrid;
+use crate::grid::{GRID_BINDS, GRID_WGSL, Glowing, Layout};
 use crate::raster::Axes;
 use crate::raster::reference::Columns;
 use crate::structure::rows;
@@ -56,14 +57,16 @@ frame::gpu_struct! {
     }
 }
 
-/// The pass that hands factors to records.
+/// The pass that hands factors to records, and the one that reads what became of them.
 pub(crate) struct Emitters {
     kernel: Kernel,
+    glowing: Kernel,
 }
 
 /// Factors of all emitters.
 pub(crate) struct Factors {
     voxels: Buffer,
+    cells: Vec<[u32; 3]>,
     count: u32,
     /// Emitters without a single voxel.
     pub(crate) lost: u32,
@@ -75,7 +78,7 @@ impl Emitters {
             gpu,
             &KernelDesc {
                 name: "voxel/emitters",
-                sources: &[GRID_WGSL, include_str!("emitters.wgsl")],
+                sources: &[surface::WGSL, GRID_WGSL, include_str!("emitters.wgsl")],
                 entry: "emitters",
                 workgroup: [64, 1, 1],
                 bindings: &[
@@ -88,7 +91,26 @@ impl Emitters {
                 constants: &[],
             },
         )?;
-        Ok(Self { kernel })
+        let [of_structure, of_records, of_grid] = GRID_BINDS;
+        let glowing = Kernel::new(
+            gpu,
+            &KernelDesc {
+                name: "voxel/glowing",
+                sources: &[surface::WGSL, GRID_WGSL, include_str!("emitters.wgsl")],
+                entry: "glowing",
+                workgroup: [64, 1, 1],
+                bindings: &[
+                    Bind::uniform::<EmittersParams>(0, 1, "params"),
+                    of_structure,
+                    of_records,
+                    of_grid,
+                    Bind::storage_read(2, 0, "in_voxels"),
+                    Bind::storage(3, 1, "out_luminances"),
+                ],
+                constants: &[],
+            },
+        )?;
+        Ok(Self { kernel, glowing })
     }
 
     /// Counts all emitters; none where nothing glows.
@@ -105,7 +127,41 @@ impl Emitters {
         let read = ReadMesh::new(gpu, scene, mesh)?;
         let (voxels, lost) = factors(layout, axes, &read);
         let buffer = gpu.storage(Room::Voxels, "Emitters::voxels", &voxels)?;
-        Ok(Some(Factors { voxels: buffer, count: voxels.len() as u32, lost }))
+        let cells = voxels.iter().map(|[x, y, z, _]| [*x, *y, *z]).collect();
+        Ok(Some(Factors { voxels: buffer, cells, count: voxels.len() as u32, lost }))
+    }
+
+    /// The voxels that give off light, once all records are made. Waits for the device.
+    pub(crate) fn glowing(
+        &self,
+        gpu: &Gpu,
+        factors: &Factors,
+        grid: &VoxelGrid,
+    ) -> Result<Vec<Glowing>, GpuError> {
+        if factors.count == 0 {
+            return Ok(Vec::new());
+        }
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let bytes = 4 * u64::from(factors.count);
+        let luminances = gpu.buffer(Room::Voxels, "Emitters::luminances", bytes, usage)?;
+        let mut recorder = Recorder::new(gpu);
+        let (workgroups, row) = rows(factors.count);
+        let params =
+            recorder.uniform(&EmittersParams { count: factors.count, row, ..EmittersParams::default() });
+        let mut resources = vec![params.binding()];
+        resources.extend(grid.resources());
+        resources.extend([factors.voxels.as_entire_binding(), luminances.as_entire_binding()]);
+        recorder.compute("voxel/glowing", &self.glowing, &resources, workgroups);
+        recorder.finish()?;
+        let luminances: Vec<f32> = gpu.read_buffer(&luminances)?;
+        let all = factors.cells.iter().zip(luminances);
+        let mut glowing: Vec<Glowing> = all
+            .filter(|(_, luminance)| *luminance > 0.0)
+            .map(|(cell, luminance)| Glowing { cell: *cell, luminance })
+            .collect();
+        // The factors come out of a hash map: in which order, differs from run to run.
+        glowing.sort_by_key(|g| g.cell);
+        Ok(glowing)
     }
 
     /// Hands the factors of a batch's records to their list.

@@ -118,6 +118,17 @@ pub struct VoxelGrid {
     pub voxel_count: u32,
     /// Bricks with an occupied cell.
     pub brick_count: u32,
+    /// Cells that give off light, in the order of x, then y, then z.
+    pub glowing: Vec<Glowing>,
+}
+
+/// A voxel that gives off light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glowing {
+    /// Its place.
+    pub cell: [u32; 3],
+    /// Of its emission as stored, times `radiance_scale`.
+    pub luminance: f32,
 }
 
 impl VoxelGrid {

@@ -96,6 +96,35 @@ fn a_closed_furnace_glows_as_the_geometric_series() {
 }
 
 #[test]
+fn light_samples_find_the_light_that_chance_finds_and_less_noise() {
+    let fixture = Fixture::new(DARK, None, &[], at(8.0, 8.0, 13.0), at(6.0, 3.0, 2.0));
+    let mut model = Model::new(16);
+    let glossy = Surface { roughness: glam::Vec2::splat(0.4), f0: 0.5, ..Surface::default() };
+    model.room(|_| Surface { base: Vec3::splat(exact(0.5)), ..glossy });
+    // A lamp in the ceiling, and a block in its light.
+    for cell in cells([5, 15, 5], [9, 16, 9]) {
+        let lamp = Surface { base: Vec3::ZERO, emission: Vec3::splat(5.0), ..Surface::default() };
+        model.set(cell, &Surface { normal: Vec3::NEG_Y, ..lamp });
+    }
+    model.block([3, 1, 3], [7, 5, 7], &glossy);
+    let voxels = model.build();
+    let texels = fixture.gbuffer(&voxels);
+    let [on, off] = [(true, 32), (false, 512)].map(|(next_event, spp)| {
+        let settings = PathSettings { spp, bounces: Some(4), next_event, ..PathSettings::default() };
+        fixture.traced(&voxels, &texels, &settings)
+    });
+    for lobe in 0..2 {
+        // Pixels see different places: their differences' spread is what the mean difference is judged by.
+        let differences = on.lobes[lobe].iter().zip(&off.lobes[lobe]).map(|(a, b)| f64::from(a[1] - b[1]));
+        let (mean, error) = statistics(differences);
+        let (light, _) = off.mean(lobe);
+        println!("lobe {lobe}: {light}, light samples differ by {mean} +- {error}");
+        assert!(mean.abs() <= 3.0 * error + 2e-3 * light, "lobe {lobe}: {mean} +- {error} of {light}");
+        assert!(error < 0.02 * light, "a test that could not fail: {error}");
+    }
+}
+
+#[test]
 fn no_bounces_no_light_and_one_bounce_finds_the_sky() {
     let fixture = above(WHITE, None);
     let scale = f64::from(fixture.frame.radiance_scale);

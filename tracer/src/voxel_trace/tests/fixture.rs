@@ -6,7 +6,7 @@ use crate::path::reference::{
     NO_OWN, Pixel, Ray, Structure, Tally, Texel, World as CpuWorld, view_direction,
 };
 use crate::path::{ENDLESS, PathParams, PathSettings, SampleRule};
-use crate::{Tracer, World};
+use crate::{LightList, Tracer, World};
 use frame::brdf::BrdfTable;
 use frame::cpu::Image;
 use frame::scene_gpu::{GpuScene, Light, SceneOptions};
@@ -18,8 +18,8 @@ use scene::{Camera, PunctualLight, Sky, Sun};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use voxel::VoxelGrid;
-use voxel::grid::Layout;
 use voxel::grid::reference::CpuGrid;
+use voxel::grid::{Glowing, Layout};
 
 /// Metres; nothing special.
 pub const VOXEL: f32 = 0.2;
@@ -269,7 +269,9 @@ impl Fixture {
             uniform: gpu.buffer(Room::Voxels, "uniform", size_of_val(grid) as u64, usage).unwrap(),
             voxel_count: voxels.grid.voxel_count,
             brick_count: 0,
+            glowing: glowing(voxels),
         };
+        let lights = LightList::of_voxels(gpu, &self.scene, &grid).unwrap();
         gpu.queue.write_buffer(&grid.uniform, 0, bytemuck::bytes_of(&voxels.grid.grid));
         let gbuffer = GBuffer {
             surface: self.channel(texels, GBuffer::FORMATS[0], |t| t.surface),
@@ -280,8 +282,15 @@ impl Fixture {
         tracer.resize(gpu, &self.scene, self.frame.trace_size, settings).unwrap();
         let mut recorder = Recorder::new(gpu);
         let uniform = recorder.uniform(&self.frame.uniform());
-        let world =
-            World { scene: &self.scene, mesh: &self.scene.mesh, grid: Some(&grid), lbvh: None, cwbvh: None };
+        let world = World {
+            scene: &self.scene,
+            mesh: &self.scene.mesh,
+            grid: Some(&grid),
+            lbvh: None,
+            cwbvh: None,
+            grid_lights: Some(&lights),
+            triangle_lights: None,
+        };
         let light = tracer.trace(&mut recorder, &self.frame, &uniform, world, &gbuffer, settings);
         let log = recorder.finish().unwrap();
         let bits = [&light.diffuse, light.specular.as_ref().unwrap()].map(|t| gpu.read_texture(t).unwrap());
@@ -314,6 +323,18 @@ impl Fixture {
         );
         texture
     }
+}
+
+/// The cells that give off light.
+fn glowing(voxels: &CpuVoxels) -> Vec<Glowing> {
+    let size = voxels.grid.grid.cells;
+    let luminance = |cell| {
+        let record = voxels.grid.record(cell)?;
+        let emission = Surface::unpack_voxel(voxels.records[record as usize]).emission;
+        let luminance = frame::cpu::luminance(emission.to_array());
+        (luminance > 0.0).then_some(Glowing { cell: cell.to_array().map(|c| c as u32), luminance })
+    };
+    cells([0; 3], size).filter_map(luminance).collect()
 }
 
 /// Mean of a twin's lobe over pixels and channels.

@@ -110,8 +110,14 @@ fn the_shader_agrees_with_its_twin_in_a_closed_room() {
     let voxels = room().build();
     let texels = fixture.gbuffer(&voxels);
     for settings in [
-        PathSettings { spp: 4, ..PathSettings::default() },
-        PathSettings { spp: 2, bounces: None, roulette_from: 3, ..PathSettings::default() },
+        PathSettings { spp: 4, next_event: false, ..PathSettings::default() },
+        PathSettings {
+            spp: 2,
+            bounces: None,
+            roulette_from: 3,
+            next_event: false,
+            ..PathSettings::default()
+        },
     ] {
         let traced = fixture.traced(&voxels, &texels, &settings);
         let (twin, tally) = fixture.twin(&voxels, &texels, &settings);
@@ -139,7 +145,8 @@ fn the_shader_agrees_with_its_twin_under_sky_and_sun() {
     model.retain(|cell| cell.y < 23 && cell.z < 23);
     let voxels = model.build();
     let texels = fixture.gbuffer(&voxels);
-    let settings = PathSettings { spp: 6, samples: SampleRule::Roughness, ..PathSettings::default() };
+    let settings =
+        PathSettings { spp: 6, samples: SampleRule::Roughness, next_event: false, ..PathSettings::default() };
     fixture.frame.frame_index = 5;
     for sun_elsewhere in [false, true] {
         fixture.frame.sun_elsewhere = sun_elsewhere;
