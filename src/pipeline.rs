@@ -343,6 +343,7 @@ impl Pipeline {
         let of_tracer = PathSettings::knobs(
             &mut samples,
             &mut conventions,
+            &mut self.paths.both_branches,
             &mut self.paths.next_event,
             &mut self.paths.roulette_from,
         );
@@ -381,6 +382,7 @@ impl Pipeline {
                 ("voxel", "axes", "dominant"),
                 ("tracer", "samples", "roughness"),
                 ("tracer", "next_event", "off"),
+                ("tracer", "both_branches", "off"),
                 ("best_candidate", "plane_test", "off"),
             ],
             Preset::Gltf => &[

@@ -35,7 +35,8 @@ mod table;
 mod tests;
 
 pub use reference::{
-    Modulators, Sample, Value, eval, eval_side, has_specular, modulators, sample_diffuse, sample_specular,
+    Modulators, Sample, Value, eval, eval_side, has_specular, is_delta, modulators, sample_diffuse,
+    sample_specular,
 };
 pub use table::BrdfTable;
 

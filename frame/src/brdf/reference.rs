@@ -97,7 +97,8 @@ fn alpha(s: &Surface) -> DVec2 {
     alpha_unclamped(s).max(DVec2::splat(DELTA_ALPHA))
 }
 
-fn is_delta(s: &Surface) -> bool {
+/// Whether its specular lobe is a mirror: narrower than alpha 1e-3.
+pub fn is_delta(s: &Surface) -> bool {
     alpha_unclamped(s).max_element() < DELTA_ALPHA
 }
 

@@ -12,6 +12,7 @@ struct PathParams {
     lights: u32, by_roughness: u32, roulette_from: u32, segments: u32,
     first_row: u32, rows: u32, has_areas: u32, emitter_count: u32,
     lights_stored: u32, emitter_share: f32, emitter_total: f32, sky_share: f32,
+    branch: u32, _pad_x: u32, _pad_y: u32, _pad_z: u32,
 }
 // One would do. Where a uniform alone decides a branch, Mesa's software driver builds the kernel anew for each dispatch
 // with the uniform's value in it; an index that it cannot foresee (0: there is one layer of groups) keeps it from that.

@@ -90,6 +90,8 @@ pub struct PathSettings {
     pub roulette_from: u32,
     /// Read when kernels are built.
     pub conventions: Conventions,
+    /// A sample of smooth glass at the first hit follows what is reflected and what goes through, instead of one of both.
+    pub both_branches: bool,
     /// Each vertex samples emitters and a sky that is a map, instead of finding them by chance alone. Read when kernels are
     /// built.
     pub next_event: bool,
@@ -103,6 +105,7 @@ impl Default for PathSettings {
             samples: SampleRule::Fixed,
             roulette_from: 8,
             conventions: Conventions::default(),
+            both_branches: true,
             next_event: true,
         }
     }
@@ -113,6 +116,7 @@ impl PathSettings {
     pub fn knobs<'a>(
         samples: &'a mut u32,
         conventions: &'a mut u32,
+        both_branches: &'a mut bool,
         next_event: &'a mut bool,
         roulette_from: &'a mut u32,
     ) -> Vec<Knob<'a>> {
@@ -128,6 +132,11 @@ impl PathSettings {
                 samples,
                 &["fixed", "roughness"],
                 "paths per pixel: the same everywhere, or 1 to 6 by roughness as in the paper (at most --spp)",
+            ),
+            Knob::bool(
+                "both_branches",
+                both_branches,
+                "smooth glass seen directly shows its reflection and what lies behind it in every sample; off flips a coin",
             ),
             Knob::bool(
                 "next_event",
@@ -182,6 +191,10 @@ gpu_struct! {
         pub emitter_total: f32,
         /// Share that goes to the sky: the rest, or none.
         pub sky_share: f32,
+        /// Of smooth glass at the first hit: 0 chosen at random, 1 what it reflects, 2 what goes through.
+        pub branch: u32,
+        /// WGSL rounds the size up to a multiple of 16.
+        pub _pad: [u32; 3],
     }
 }
 
@@ -316,8 +329,12 @@ impl Paths {
             .map(|t| wgpu::BindingResource::TextureView(t.view()));
         let buffers = [&sized.paths, &sized.pixels, &sized.counters].map(|b| b.as_entire_binding());
         if params.bounces > 0 {
-            for sample in 0..settings.spp {
+            // A second run through all pixels for the few that see smooth glass: the others end at once.
+            let branches: &[u32] =
+                if settings.both_branches && scene.needs.transmission { &[1, 2] } else { &[0] };
+            for (sample, branch) in (0..settings.spp).flat_map(|s| branches.iter().map(move |b| (s, *b))) {
                 params.sample = sample;
+                params.branch = branch;
                 let of_dispatch = recorder.uniform(&[params; 2]);
                 let mut resources = vec![uniform.binding(), of_dispatch.binding()];
                 resources.extend(of_scene(scene, structure.lights));

@@ -121,6 +121,8 @@ struct PathScatter {
     weight: vec3f,
     // 1/sr; LIGHT_CERTAIN where light samples do not go.
     pdf: f32,
+    // Probability of the choice between reflection and transmission; part of the weight.
+    branch: f32,
     transmitted: bool,
     valid: bool,
 }
@@ -135,7 +137,7 @@ fn path_scatter(surface: Surface, wo: vec3f, face: vec3f, specular: bool, u: vec
     // A normal map can aim a reflection below the surface, where there is no light to be had.
     let below = !sample.transmitted && dot(sample.wi, face) <= 0.0;
     let pdf = select(sample.pdf, LIGHT_CERTAIN, sample.delta || sample.transmitted);
-    return PathScatter(sample.wi, sample.weight, pdf, sample.transmitted, sample.valid && !below);
+    return PathScatter(sample.wi, sample.weight, pdf, sample.branch, sample.transmitted, sample.valid && !below);
 }
 
 // What a structure can say of a shadow ray without looking at surfaces.

@@ -106,6 +106,7 @@ struct Path {
 struct Scatter {
     wi: Vec3,
     weight: DVec3,
+    branch: f64,
     transmitted: bool,
     valid: bool,
 }
@@ -142,7 +143,13 @@ fn scatter(surface: &Surface, wo: Vec3, face: Vec3, specular: bool, u: [f32; 3],
     };
     let wi = sample.wi.as_vec3();
     let below = !sample.transmitted && wi.dot(face) <= 0.0;
-    Scatter { wi, weight: sample.weight, transmitted: sample.transmitted, valid: sample.valid && !below }
+    Scatter {
+        wi,
+        weight: sample.weight,
+        branch: sample.branch,
+        transmitted: sample.transmitted,
+        valid: sample.valid && !below,
+    }
 }
 
 /// The shader's `brdf_facet` of a sheet: a smooth copy of it transmits by one facet, the sheet itself.
@@ -176,13 +183,14 @@ fn resolve(sums: [DVec4; 2], samples: [u32; 2]) -> Pixel {
 }
 
 impl<S: Structure> World<'_, S> {
-    /// All samples of one pixel; `params.sample` is left alone.
+    /// All samples of one pixel; `params.sample` is left alone, `params.branch` says whether glass is followed both ways.
     pub(crate) fn pixel(&self, params: &PathParams, pixel: UVec2, texel: &Texel, tally: &mut Tally) -> Pixel {
         let mut sums = [DVec4::ZERO; 2];
         let mut samples = [0; 2];
         let count = if params.bounces > 0 && texel.distance > 0.0 { params.samples } else { 0 };
-        for sample in 0..count {
-            let params = PathParams { sample, ..*params };
+        let branches: &[u32] = if params.branch == 0 { &[0] } else { &[1, 2] };
+        for (sample, branch) in (0..count).flat_map(|s| branches.iter().map(move |b| (s, *b))) {
+            let params = PathParams { sample, branch, ..*params };
             let mut path = self.start(&params, pixel, texel, &mut sums, &mut samples, tally);
             let mut is_first = true;
             while path.is_alive {
@@ -220,15 +228,28 @@ impl<S: Structure> World<'_, S> {
         if params.sample >= of_pixel {
             return path;
         }
-        tally.paths += 1;
-
         let m = brdf::modulators(&surface, f64::from(surface.normal.dot(wo).max(0.0)), self.table);
         let q = diffuse_probability(m.diffuse, m.specular, brdf::has_specular(&surface));
         let serial = params.first_sample.wrapping_add(params.sample);
 
+        let [_, _, mut z, _] = noise::at(pixel.into(), serial, 0, seed);
+        let [turn, ..] = noise::at(pixel.into(), params.first_sample, 2, seed);
+        let turned = turn + params.sample as f32 / of_pixel as f32;
+        let specular = f64::from(turned - turned.floor()) >= q;
+        let smooth = brdf::is_delta(&surface);
+        let branches = specular && params.branch != 0 && surface.transmission > 0.0 && smooth;
+        let goes_through = params.branch == 2;
+        if goes_through && !branches {
+            return path;
+        }
+        if !goes_through {
+            tally.paths += 1;
+            samples[usize::from(specular)] += 1;
+        }
+
         let is_sun_elsewhere = self.frame.sun_elsewhere != 0;
         let first_light = usize::from(is_sun_elsewhere && self.lights.first().is_some_and(|l| l.kind == SUN));
-        if let Some(lights) = self.lights.get(first_light..).filter(|lights| !lights.is_empty()) {
+        if let Some(lights) = self.lights.get(first_light..).filter(|l| !l.is_empty() && !goes_through) {
             let [x, y, ..] = noise::at(pixel.into(), serial, 1, seed);
             let sample = light_sample(lights, self.frame.diagonal, point, [x, y]);
             let origin = self.structure.start(point, face, face);
@@ -240,15 +261,16 @@ impl<S: Structure> World<'_, S> {
             sums[1] += (specular / m.specular).extend(0.0);
         }
 
-        let [_, _, z, _] = noise::at(pixel.into(), serial, 0, seed);
-        let [turn, ..] = noise::at(pixel.into(), params.first_sample, 2, seed);
-        let turned = turn + params.sample as f32 / of_pixel as f32;
-        let specular = f64::from(turned - turned.floor()) >= q;
-        samples[usize::from(specular)] += 1;
+        if branches {
+            z = if goes_through { 0.999_999_94 } else { 0.0 };
+        }
         let [x, y] = noise::stratified(pixel.into(), serial, seed);
-        let scatter = scatter(&surface, wo, face, specular, [x, y, z], inside);
-        if !scatter.valid {
+        let mut scatter = scatter(&surface, wo, face, specular, [x, y, z], inside);
+        if !scatter.valid || (branches && scatter.transmitted != goes_through) {
             return path;
+        }
+        if branches {
+            scatter.weight *= scatter.branch;
         }
         path.origin = self.structure.start(point, face, if scatter.transmitted { -face } else { face });
         path.own = NO_OWN;
@@ -347,7 +369,7 @@ impl<S: Structure> World<'_, S> {
             }
             path.origin = self.structure.leave(point, &hit, scatter.wi);
             path.bounce += 1;
-            if bounce >= params.roulette_from {
+            if bounce + 1 >= params.roulette_from {
                 let survival = path.throughput.max_element().clamp(0.05, 0.95);
                 if f64::from(noise::at(pixel.into(), serial, block + 2, seed)[0]) >= survival {
                     path.is_alive = false;

@@ -92,7 +92,7 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         }
         (*path).origin = hit_leave(point, hit, scatter.wi);
         (*path).state += 1u << PATH_BOUNCE_SHIFT;
-        if (bounce >= params.roulette_from) {
+        if (bounce + 1u >= params.roulette_from) {
             let survival = clamp(max((*path).throughput.x, max((*path).throughput.y, (*path).throughput.z)), 0.05, 0.95);
             if (noise_at(pixel, serial, block + 2u).x >= survival) {
                 (*path).state &= ~PATH_ALIVE;

@@ -21,34 +21,48 @@ fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
     if (params.sample >= of_pixel) {
         return path;
     }
-    atomicAdd(&tally[TALLY_PATHS], 1u);
 
     let m = brdf_modulators(surface, max(dot(surface.normal, wo), 0.0));
     let q = path_diffuse_probability(m.diffuse, m.specular, brdf_has_specular(surface));
     let serial = params.first_sample + params.sample;
 
+    // Stratified over the pixel's samples, so that n samples give each lobe its share to within one.
+    var u = noise_at(pixel, serial, 0u);
+    let turn = noise_at(pixel, params.first_sample, 2u).x;
+    let specular = fract(turn + f32(params.sample) / f32(of_pixel)) >= q;
+    // Smooth glass is followed both ways, one branch after the other: one sample all the same.
+    let branches = specular && params.branch != 0u && surface.transmission > 0.0 && brdf_is_delta(surface);
+    let goes_through = params.branch == 2u;
+    if (goes_through && !branches) {
+        return path;
+    }
+    if (!goes_through) {
+        atomicAdd(&tally[TALLY_PATHS], 1u);
+        pixels[index].samples += select(1u, 0x10000u, specular);
+    }
+
     let origin = hit_start(point, face, face);
     // Where the sun is somebody else's, the first hit leaves it out.
     let first_light = select(0u, 1u, frame.sun_elsewhere != 0u && light_at(0u).kind == LIGHT_SUN);
-    if (params.lights > first_light) {
+    if (params.lights > first_light && !goes_through) {
         let u = noise_at(pixel, serial, 1u);
         let sample = light_sample(first_light, params.lights, point, u.xy);
         start_light(index, path_light(surface, wo, face, sample, origin, PATH_NO_OWN, q, inside), m.specular, q);
     }
-    if (path_areas && params.has_areas != 0u) {
+    if (path_areas && params.has_areas != 0u && !goes_through) {
         let sample = path_area_sample(origin, PATH_NO_OWN, pixel, serial, 0u);
         start_light(index, path_light(surface, wo, face, sample, origin, PATH_NO_OWN, q, inside), m.specular, q);
     }
 
-    // Stratified over the pixel's samples, so that n samples give each lobe its share to within one.
-    let u = noise_at(pixel, serial, 0u);
-    let turn = noise_at(pixel, params.first_sample, 2u).x;
-    let specular = fract(turn + f32(params.sample) / f32(of_pixel)) >= q;
-    pixels[index].samples += select(1u, 0x10000u, specular);
-    let scatter = path_scatter(surface, wo, face, specular, vec3f(noise_stratified(pixel, serial), u.z), inside);
-    if (!scatter.valid) {
+    if (branches) {
+        u.z = select(0.0, 0.99999994, goes_through);
+    }
+    var scatter = path_scatter(surface, wo, face, specular, vec3f(noise_stratified(pixel, serial), u.z), inside);
+    // A branch that there is not, such as what goes through at total reflection, is the other one's.
+    if (!scatter.valid || (branches && scatter.transmitted != goes_through)) {
         return path;
     }
+    scatter.weight *= select(1.0, scatter.branch, branches);
     path.origin = hit_start(point, face, select(face, -face, scatter.transmitted));
     path.own_x = PATH_NO_OWN.x;
     path.own_y = PATH_NO_OWN.y;

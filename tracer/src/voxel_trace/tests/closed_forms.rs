@@ -109,7 +109,7 @@ fn light_samples_find_the_light_that_chance_finds_and_less_noise() {
     model.block([3, 1, 3], [7, 5, 7], &glossy);
     let voxels = model.build();
     let texels = fixture.gbuffer(&voxels);
-    let [on, off] = [(true, 32), (false, 512)].map(|(next_event, spp)| {
+    let [on, off] = [(true, 16), (false, 256)].map(|(next_event, spp)| {
         let settings = PathSettings { spp, bounces: Some(4), next_event, ..PathSettings::default() };
         fixture.traced(&voxels, &texels, &settings)
     });
@@ -120,7 +120,7 @@ fn light_samples_find_the_light_that_chance_finds_and_less_noise() {
         let (light, _) = off.mean(lobe);
         println!("lobe {lobe}: {light}, light samples differ by {mean} +- {error}");
         assert!(mean.abs() <= 3.0 * error + 2e-3 * light, "lobe {lobe}: {mean} +- {error} of {light}");
-        assert!(error < 0.02 * light, "a test that could not fail: {error}");
+        assert!(error < 0.03 * light, "a test that could not fail: {error}");
     }
 }
 

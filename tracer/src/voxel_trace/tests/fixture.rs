@@ -224,6 +224,7 @@ impl Fixture {
             by_roughness: u32::from(settings.samples == SampleRule::Roughness),
             roulette_from: if settings.bounces.is_some() { u32::MAX } else { settings.roulette_from },
             segments: 1,
+            branch: u32::from(settings.both_branches && self.scene.needs.transmission),
             ..PathParams::default()
         };
         let width = texels.size()[0];
