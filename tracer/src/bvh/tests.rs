@@ -1,0 +1,6 @@
+//! Both structures alike: with each other to the bit, and nothing lost between two triangles.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod agreement;
+mod closed;
+pub mod fixture;
