@@ -168,23 +168,20 @@ impl Stage {
         self.geometry.corners(&self.geometry.triangles[triangle])
     }
 
-    /// A random point within the bounds.
-    fn point(&self, random: &mut Random) -> Vec3 {
-        let bounds = self.geometry.bounds();
-        bounds.min + random.point() * bounds.size()
-    }
-
     /// From random points within the bounds into random directions.
     pub fn random_rays(&self, count: usize, seed: u32) -> Vec<Ray> {
+        let bounds = self.geometry.bounds();
         let mut random = Random::new(seed);
-        (0..count).map(|_| ray(self.point(&mut random), random.direction())).collect()
+        let origin = |random: &mut Random| bounds.min + random.point() * bounds.size();
+        (0..count).map(|_| ray(origin(&mut random), random.direction())).collect()
     }
 
     /// Rays where rounding decides: along axes and coordinate planes, with components that all but vanish, in the planes
     /// of triangles, from their corners and edges, through them from far away, with limits and skipped triangles.
     pub fn awkward_rays(&self, count: usize, seed: u32) -> Vec<Ray> {
         let mut random = Random::new(seed);
-        let size = self.geometry.bounds().size().max_element();
+        let bounds = self.geometry.bounds();
+        let size = bounds.size().max_element();
         let awkward = |i: usize| {
             let triangle = random.below(self.geometry.triangles.len());
             let [a, b, c] = self.corners(triangle);
@@ -193,9 +190,10 @@ impl Stage {
             let mut flat = random.direction();
             flat[random.below(3)] = [0.0, -0.0, 1e-30, -1e-12][random.below(4)];
             let along = (b - a).try_normalize().unwrap_or(axis);
+            let anywhere = bounds.min + random.point() * bounds.size();
             let begun = match i % 8 {
-                0 => ray(self.point(&mut random), axis),
-                1 => ray(self.point(&mut random), flat),
+                0 => ray(anywhere, axis),
+                1 => ray(anywhere, flat),
                 2 => ray(on_it, axis),
                 3 => ray(on_it, flat),
                 4 => ray(on_it, along),
