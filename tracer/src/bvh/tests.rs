@@ -3,4 +3,5 @@
 
 mod agreement;
 mod closed;
+mod costs;
 pub mod fixture;
