@@ -13,10 +13,14 @@
 //! builder makes is grown by [`margin`] on each side, more than the rounding of the slab test and of a distance.
 //! Of equally distant triangles the lower number wins, whatever the order of the walk. A ray visits at most 4,096
 //! nodes; `cut` says that it wanted more.
+//!
+//! A triangle with a coordinate that is not finite, or farther than [`FARTHEST_M`] from 0, is never met.
 
 pub mod cwbvh;
 pub mod lbvh;
 pub mod rays;
+#[cfg(test)]
+pub(crate) mod tests;
 
 use frame::{Bind, Buffer};
 
@@ -29,6 +33,9 @@ pub const BVH_BINDS: [Bind; 2] =
 
 /// Most nodes that a ray visits (contract, "Limits and time").
 pub const MOST_VISITS: u32 = 4096;
+
+/// Coordinates up to here, m, leave the triangle test's products, of three lengths each, within the range of floats.
+pub const FARTHEST_M: f32 = 1e12;
 
 /// Nothing lies on a ray.
 pub const FREE: u32 = 0;

@@ -21,8 +21,9 @@ const BVH_MOST_VISITS = 4096u;
 // Components of a direction are kept away from 0 by this, so that no quotient leaves the range of floats.
 const BVH_LEAST = 1e-20;
 
-// 1 + 2^-21: what rounding may take from the quotient of a slab far away, however large its box was made.
-const BVH_FARTHER = 1.00000048;
+// 1 - 2^-21: where a box is entered and where it is left are off by three roundings each, a share of the distance that no
+// growth of the box covers when it is far away.
+const BVH_NEARER = 0.99999952;
 
 // Answers of bvh_blocked: nothing lies on the ray; something that lets no light through; only what may let it through.
 const BVH_FREE = 0u;
@@ -73,8 +74,8 @@ fn bvh_slab(ray: BvhRay, low: vec3f, high: vec3f, t_max: f32) -> vec2f {
     let b = (high - ray.origin) * ray.inverse;
     let enter = min(a, b);
     let leave = max(a, b);
-    let last = min(leave.x, min(leave.y, leave.z)) * BVH_FARTHER;
-    return vec2f(max(max(enter.x, enter.y), max(enter.z, 0.0)), min(last, t_max));
+    let first = max(max(enter.x, enter.y), max(enter.z, 0.0)) * BVH_NEARER;
+    return vec2f(first, min(min(leave.x, leave.y), min(leave.z, t_max)));
 }
 
 // Twice the signed area of the origin and an edge: the same bits but for the sign whichever way round the edge is

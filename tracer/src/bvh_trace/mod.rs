@@ -7,6 +7,9 @@
 //! read in f32 at mip 0, masks by their nearest texel; nothing is stored in between. A path leaves a triangle by a few
 //! roundings of its position, and never meets the triangle it leaves.
 
+#[cfg(test)]
+mod tests;
+
 use crate::bvh::{self, Bvh, cwbvh, lbvh};
 use crate::path::{PathSettings, Paths, Searched, Structure};
 use crate::{Search, Tracer, World};

@@ -63,7 +63,7 @@ fn cwbvh_visit(walk: ptr<function, CwbvhWalk>, ray: BvhRay, index: u32, t_max: f
         let leave_x = cwbvh_planes(far_x[four], low.x, step.x, ray.origin.x, ray.inverse.x);
         let leave_y = cwbvh_planes(far_y[four], low.y, step.y, ray.origin.y, ray.inverse.y);
         let leave_z = cwbvh_planes(far_z[four], low.z, step.z, ray.origin.z, ray.inverse.z);
-        let enter = max(max(enter_x, enter_y), max(enter_z, vec4f(0.0)));
+        let enter = max(max(enter_x, enter_y), max(enter_z, vec4f(0.0))) * BVH_NEARER;
         let leave = min(min(leave_x, leave_y), min(leave_z, vec4f(t_max)));
         met |= cwbvh_met(slots[2u + four], (*walk).octant, enter, leave);
     }

@@ -10,9 +10,6 @@
 //! that [`STACK`] entries suffice for every tree of at most that depth, and a deeper one is refused.
 //!
 //! Departs from the paper: triangles are tested when their node is visited, not postponed; no entry's distance is kept.
-//!
-//! Triangles with a corner that is not finite, or farther than [`FARTHEST_M`] from the origin, are left out: nothing meets
-//! them.
 
 #[cfg(test)]
 mod reference;
@@ -20,7 +17,7 @@ mod reference;
 mod tests;
 mod tree;
 
-use super::{Bvh, BvhParams};
+use super::{Bvh, BvhParams, FARTHEST_M};
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Gpu, GpuError, Room};
 use glam::Vec3;
@@ -38,9 +35,6 @@ pub const STACK: u32 = stack!();
 
 /// `bvh_closest`, `bvh_blocked`; after [`super::RAY_WGSL`].
 pub const WGSL: &str = concat!("const CWBVH_STACK = ", stack!(), "u;\n", include_str!("cwbvh.inc.wgsl"));
-
-/// Coordinates up to here, m, leave the triangle test's products, of three lengths each, within the range of floats.
-pub const FARTHEST_M: f32 = 1e12;
 
 /// How long the builder may look for a better tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,6 +6,8 @@ use crate::bvh::{BvhParams, MOST_VISITS};
 use glam::{BVec3, Vec2, Vec3};
 
 const LEAST: f32 = 1e-20;
+/// 1 - 2^-21.
+const NEARER: f32 = 1.0 - 4.0 * f32::EPSILON;
 
 /// As `BvhHit`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,7 +115,7 @@ impl CpuCwbvh {
                 enter = enter.max(plane(byte(near, slot)));
                 leave = leave.min(plane(byte(far, slot)));
             }
-            if enter <= leave {
+            if enter * NEARER <= leave {
                 let kind = u32::from(byte([slots[2], slots[3]], slot));
                 let is_node = ((kind & (kind << 1)) >> 4) & 1;
                 met |= (kind >> 5) << ((kind ^ (is_node * octant)) & 31);
@@ -134,7 +136,9 @@ impl CpuCwbvh {
         let [u, v, w] = [edge(c2, b2), edge(a2, c2), edge(b2, a2)];
         let det = u + v + w;
         let inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-        if !inside || det == 0.0 || number == ray.skip {
+        let (low, high) = (a2.min(b2).min(c2), a2.max(b2).max(c2));
+        let around = low.cmple(Vec2::ZERO).all() && high.cmpge(Vec2::ZERO).all();
+        if !inside || !around || det == 0.0 || number == ray.skip {
             return;
         }
         let distance = ray.shear.z * (u * a.z + v * b.z + w * c.z) / det;
@@ -151,5 +155,9 @@ fn edge(a: Vec2, b: Vec2) -> f32 {
     let swapped = a.x > b.x || (a.x == b.x && a.y > b.y);
     let (p, q) = if swapped { (b, a) } else { (a, b) };
     let area = p.x * q.y - p.y * q.x;
-    if swapped { -area } else { area }
+    match a == b {
+        true => 0.0,
+        false if swapped => -area,
+        false => area,
+    }
 }

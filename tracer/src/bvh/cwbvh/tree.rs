@@ -3,7 +3,7 @@
 //! The crate `obvhs` builds it from boxes. They are grown by [`margin`] on every side, m = 2^-20 of the largest coordinate L,
 //! of which is used up (in units of 2^-23 L, so that m is 8 of them): 1/2 by the sum of a corner and m, 1 by the difference
 //! of two box ends before they are counted in steps, 1/2 by the sum that a shader decodes an end with. The 6 that are left
-//! are the slab test's, whose three roundings take 3/2 per L between a ray's origin and a box: they last up to 4 L.
+//! are a hit's own: its distance is rounded otherwise than where its box is entered.
 
 use super::{CwbvhError, Quality, STACK};
 use crate::bvh::margin;

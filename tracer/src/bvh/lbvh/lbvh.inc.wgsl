@@ -22,8 +22,10 @@ struct LbvhParams {
 const LBVH_COUNT_BIT = 29u;
 const LBVH_MOST_IN_LEAF = 4u;
 const LBVH_NO_PARENT = 0xffffffffu;
-// m. Triangles with a coordinate that is not a number below this shrink to a point here: no box takes them in, and no
-// ray meets them. Slab distances of the point are still floats: bvh_ray keeps inverses below 1e20.
+// m, FARTHEST_M of ../mod.rs.
+const LBVH_FARTHEST = 1e12;
+// m. Triangles with a coordinate that is not a number up to LBVH_FARTHEST shrink to a point here: no box takes them in,
+// and no ray meets them. Slab distances of the point are still floats: bvh_ray keeps inverses below 1e20.
 const LBVH_NOWHERE = 1e18;
 
 // Element of the triangle at a place.
@@ -33,7 +35,7 @@ fn lbvh_triangle_at(place: u32) -> u32 {
 
 // Compares bits: what is no number does not compare as a float.
 fn lbvh_is_usable(v: vec3f) -> bool {
-    return all((bitcast<vec3u>(v) & vec3u(0x7fffffffu)) < vec3u(bitcast<u32>(LBVH_NOWHERE)));
+    return all((bitcast<vec3u>(v) & vec3u(0x7fffffffu)) <= vec3u(bitcast<u32>(LBVH_FARTHEST)));
 }
 
 // Whole numbers in the order of the floats; that of any number is above 0.

@@ -15,11 +15,6 @@
 //!
 //! Longest loops: 62 nodes upwards; 3 x 32 steps of a node's searches; `n / (256 SORT_BLOCK)` rounds of the sort's sums.
 //! A ray: [`WORST_CASE_LOOPS`].
-//!
-//! A triangle with a coordinate that is not a number below 10^18 m is never met.
-//!
-//! Known: boxes grow by a share of the mesh's largest coordinate; to a ray that begins more than about four times as far
-//! out they may hide a triangle's edge.
 
 mod sort;
 #[cfg(test)]

@@ -3,14 +3,14 @@
 use super::super::reference::CpuCwbvh;
 use super::super::tree::Tree;
 use super::super::{Quality, STACK, Triangle, build, elements};
-use super::fixture::{BLOCKED, Fixture, NONE, TestRay, bumpy_ball, soup};
-use crate::bvh::{BvhParams, margin};
+use super::fixture::Fixture;
+use crate::bvh::rays::Ray;
+use crate::bvh::tests::fixture::{Stage, bumpy_ball, ray, soup};
+use crate::bvh::{BLOCKED, BvhParams, FREE, margin};
 use frame::scene_gpu::GpuMesh;
 use glam::Vec3;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::node::CwBvhNode;
-use scene::Scene;
-use std::path::Path;
 
 /// Walks all nodes: every triangle in one leaf, all its corners in every box above it with most of the margin left.
 /// Returns the depth.
@@ -70,13 +70,13 @@ fn check(fixture: &Fixture) {
 
 #[test]
 fn boxes_hold_every_triangle_once_at_every_quality() {
-    let mut fixture = Fixture::named("courtyard");
+    let mut fixture = Fixture::scene("courtyard");
     let rays = fixture.random_rays(500, 1);
-    let expected: Vec<_> = fixture.trace(&rays).iter().map(|h| (h.triangle, h.distance, h.weights)).collect();
+    let expected: Vec<_> = fixture.met(&rays).iter().map(|h| (h.triangle, h.distance, h.weights)).collect();
     for quality in [Quality::Fast, Quality::Medium, Quality::Slow] {
         fixture.rebuild(quality);
         check(&fixture);
-        let hits = fixture.trace(&rays);
+        let hits = fixture.met(&rays);
         let visits: u32 = hits.iter().map(|hit| hit.visits).sum();
         println!(
             "{quality:?}: {} nodes, depth {}, {visits} visits",
@@ -104,7 +104,7 @@ fn boxes_hold_their_triangles_at_every_size() {
             let far = Vec3::splat(half / (1.0 + margin(1.0)));
             triangles
                 .extend([[far, far - small * Vec3::X, far - small * Vec3::Y], [-far, small - far, -far]]);
-            let geometry = soup(&triangles);
+            let geometry = soup(&triangles, 0);
             let corners: Vec<_> = geometry.triangles.iter().map(|t| geometry.corners(t)).collect();
             let tree = Tree::new(&corners, Quality::Medium).unwrap();
             let all: Vec<_> = corners
@@ -127,16 +127,18 @@ fn boxes_hold_their_triangles_at_every_size() {
 
 #[test]
 fn no_triangle_and_one() {
-    let rays = [TestRay::new(Vec3::ZERO, Vec3::Z), TestRay::new(Vec3::ZERO, -Vec3::Z)];
-    let fixture = Fixture::of(&[]);
-    for hit in fixture.trace(&rays) {
-        assert_eq!((hit.triangle, hit.visits, hit.cut, hit.blocked), (NONE, 0, 0, 0));
+    let rays = [ray(Vec3::ZERO, Vec3::Z), ray(Vec3::ZERO, -Vec3::Z)];
+    let fixture = Fixture::soup(&[]);
+    for hit in fixture.met(&rays) {
+        assert_eq!((hit.triangle, hit.visits, hit.cut), (Ray::NO_TRIANGLE, 0, 0));
     }
+    assert_eq!(fixture.blocked(&rays), [FREE; 2]);
     let fixture =
-        Fixture::of(&[[Vec3::new(-1.0, -1.0, 1.0), Vec3::new(3.0, -1.0, 1.0), Vec3::new(-1.0, 3.0, 1.0)]]);
-    let hits = fixture.trace(&rays);
-    assert_eq!((hits[0].triangle, hits[0].distance, hits[0].blocked), (0, 1.0, BLOCKED));
-    assert_eq!((hits[1].triangle, hits[1].visits), (NONE, 1));
+        Fixture::soup(&[[Vec3::new(-1.0, -1.0, 1.0), Vec3::new(3.0, -1.0, 1.0), Vec3::new(-1.0, 3.0, 1.0)]]);
+    let hits = fixture.met(&rays);
+    assert_eq!((hits[0].triangle, hits[0].distance), (0, 1.0));
+    assert_eq!(fixture.blocked(&rays), [BLOCKED, FREE]);
+    assert_eq!((hits[1].triangle, hits[1].visits), (Ray::NO_TRIANGLE, 1));
     check(&fixture);
 }
 
@@ -144,17 +146,16 @@ fn no_triangle_and_one() {
 fn what_is_not_finite_is_not_met() {
     let wall = |z: f32| [Vec3::new(-1.0, -1.0, z), Vec3::new(3.0, -1.0, z), Vec3::new(-1.0, 3.0, z)];
     let bad = |value: f32| [Vec3::new(value, -1.0, 0.5), wall(0.5)[1], wall(0.5)[2]];
-    let mut geometry = soup(&[wall(1.0), wall(2.0), wall(3.0), wall(4.0), wall(5.0)]);
-    let scene = Scene::load("cornell").unwrap();
+    let mut geometry = soup(&[1.0, 2.0, 3.0, 4.0, 5.0].map(wall), 0);
     // Made bad after the upload, as a displacement could.
-    let mut fixture = Fixture::new(&scene, geometry.clone());
+    let mut fixture = Fixture::new(Stage::of(geometry.clone()));
     for (i, value) in [f32::NAN, f32::INFINITY, -1e20].into_iter().enumerate() {
         geometry.positions[3 * i..3 * i + 3].copy_from_slice(&bad(value));
     }
     let mesh = GpuMesh::new(&fixture.gpu, &geometry).unwrap();
     fixture.cwbvh = build(&fixture.gpu, &fixture.uploaded, &mesh, Quality::Medium).unwrap();
     assert_eq!(fixture.cwbvh.triangle_count, 2);
-    let hit = fixture.trace(&[TestRay::new(Vec3::ZERO, Vec3::Z)])[0];
+    let hit = fixture.met(&[ray(Vec3::ZERO, Vec3::Z)])[0];
     assert_eq!((hit.triangle, hit.distance), (3, 4.0));
     check_tree(&fixture.twin(), 5.0, &[3, 4]);
 }
@@ -162,24 +163,19 @@ fn what_is_not_finite_is_not_met() {
 #[test]
 fn points_and_needles_do_not_hurt() {
     // All at one point, then without any extent along two axes.
-    let point = Fixture::of(&[[Vec3::ZERO; 3]; 100]);
+    let point = Fixture::soup(&[[Vec3::ZERO; 3]; 100]);
     let needles: Vec<_> =
         (0..100).map(|i| [Vec3::X * i as f32, Vec3::X * (i + 1) as f32, Vec3::X * i as f32]).collect();
-    for fixture in [point, Fixture::of(&needles)] {
+    for fixture in [point, Fixture::soup(&needles)] {
         check(&fixture);
-        let rays = [
-            TestRay::new(Vec3::ONE, -Vec3::ONE),
-            TestRay::new(Vec3::X, Vec3::X),
-            TestRay::new(Vec3::ZERO, Vec3::Z),
-        ];
-        assert!(fixture.trace(&rays).iter().all(|hit| hit.triangle == NONE));
+        let rays = [ray(Vec3::ONE, -Vec3::ONE), ray(Vec3::X, Vec3::X), ray(Vec3::ZERO, Vec3::Z)];
+        assert!(fixture.met(&rays).iter().all(|hit| hit.triangle == Ray::NO_TRIANGLE));
     }
 }
 
 #[test]
 fn copies_stay_shallow() {
     let ball = bumpy_ball(8, 3);
-    let ball: Vec<_> = ball.triangles.iter().map(|t| ball.corners(t)).collect();
     let point = [[Vec3::ZERO; 3]];
     for (corners, times) in [(ball.as_slice(), 100), (&ball[100..101], 30_000), (&point, 3000)] {
         for quality in [Quality::Fast, Quality::Medium, Quality::Slow] {
@@ -209,16 +205,12 @@ fn a_tree_deeper_than_the_stack_is_refused() {
 
 #[test]
 fn sponza() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/scenes/sponza/sponza.gltf");
-    if std::env::var_os("GRIDLIGHT_SHARED").is_none() || !Path::new(path).is_file() {
-        println!("skipped: GRIDLIGHT_SHARED is not set, or no file {path}");
-        return;
-    }
-    let mut fixture = Fixture::named(path);
+    let Some(stage) = Stage::sponza() else { return };
+    let mut fixture = Fixture::new(stage);
     let rays = fixture.random_rays(20_000, 1);
     for quality in [Quality::Fast, Quality::Medium, Quality::Slow] {
         fixture.rebuild(quality);
-        let hits = fixture.trace(&rays);
+        let hits = fixture.met(&rays);
         let per_ray = hits.iter().map(|hit| f64::from(hit.visits)).sum::<f64>() / rays.len() as f64;
         let most = hits.iter().map(|hit| hit.visits).max();
         let c = &fixture.cwbvh;

@@ -1,7 +1,9 @@
 //! Every triangle once, every box around its triangles, no way too long, the same bits again.
 
-use super::fixture::{Random, Stage, random_triangles, ray, soup};
-use crate::bvh::{margin, rays::Ray};
+use super::fixture::{Planted, random_triangles};
+use crate::bvh::rays::Ray;
+use crate::bvh::tests::fixture::{Random, Stage, ray, soup};
+use crate::bvh::{FARTHEST_M, margin};
 use frame::Recorder;
 use glam::Vec3;
 use scene::Aabb;
@@ -17,7 +19,7 @@ struct Tree {
 
 /// Whether a triangle can be met at all; on the device the others are points at 10^18 m.
 fn is_usable(corners: &[Vec3; 3]) -> bool {
-    corners.iter().all(|p| p.abs().cmplt(Vec3::splat(1e18)).all())
+    corners.iter().all(|p| p.abs().cmple(Vec3::splat(FARTHEST_M)).all())
 }
 
 /// What a walk over all nodes found.
@@ -28,8 +30,8 @@ struct Found {
 }
 
 impl Tree {
-    fn of(stage: &Stage) -> Self {
-        let triangles = 0..stage.geometry.triangles.len() as u32;
+    fn of(stage: &Planted) -> Self {
+        let triangles = 0..stage.geometry.triangles.len();
         let usable = triangles.map(|n| stage.corners(n)).filter(is_usable);
         let bounds = Aabb::of(usable.flatten());
         let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
@@ -102,11 +104,11 @@ impl Tree {
 #[test]
 fn holds_every_triangle_once_in_boxes_that_fit() {
     for name in ["courtyard", "cornell", "spheres"] {
-        let stage = Stage::scene(name);
+        let stage = Planted::scene(name);
         let tree = Tree::of(&stage);
         let found = tree.checked();
         for place in found.places {
-            assert_eq!(tree.corners(place), stage.corners(tree.number(place)));
+            assert_eq!(tree.corners(place), stage.corners(tree.number(place) as usize));
         }
         println!("{name}: {} triangles, {} deep", tree.triangle_count, found.depth);
     }
@@ -117,9 +119,9 @@ fn holds_every_triangle_once_in_boxes_that_fit() {
 fn holds_any_number_of_triangles() {
     for count in [0, 1, 2, 3, 4, 5, 6, 255, 257, 2047, 2049, 5000] {
         let triangles = random_triangles(count, 0.3);
-        let stage = Stage::soup(&triangles);
+        let stage = Planted::soup(&triangles);
         Tree::of(&stage).checked();
-        let mut random = Random(1);
+        let mut random = Random::new(1);
         let rays: Vec<_> = (0..200).map(|_| ray(random.point(), random.direction())).collect();
         let hits = stage.compare(&rays);
         assert!(hits > 0 || count < 100, "{count} triangles, {hits} hits");
@@ -129,7 +131,7 @@ fn holds_any_number_of_triangles() {
 
 #[test]
 fn is_the_same_when_built_again() {
-    let stage = Stage::scene("courtyard");
+    let stage = Planted::scene("courtyard");
     let mut recorder = Recorder::new(&stage.gpu);
     let again = stage.builder.build(&mut recorder, &stage.uploaded.mesh).unwrap();
     recorder.finish().unwrap();
@@ -153,13 +155,13 @@ fn deep_triangles() -> Vec<[Vec3; 3]> {
 #[test]
 fn stays_within_the_stack_where_the_tree_is_a_chain() {
     let triangles = deep_triangles();
-    let stage = Stage::soup(&triangles);
+    let stage = Planted::soup(&triangles);
     let depth = Tree::of(&stage).checked().depth;
     // 30 levels of codes, 10 of places less those within a leaf of 4; 62 is what the stack is made for.
     assert!((38..=62).contains(&depth), "{depth} deep");
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     let towards = |random: &mut Random| {
-        let [a, b, c] = triangles[random.index(triangles.len())];
+        let [a, b, c] = triangles[random.below(triangles.len())];
         let origin = 1024.0 * random.point();
         ray(origin, (a + b + c) / 3.0 - origin)
     };
@@ -171,7 +173,7 @@ fn stays_within_the_stack_where_the_tree_is_a_chain() {
 #[test]
 fn meets_the_first_of_equal_triangles() {
     let one = [Vec3::ZERO, Vec3::X, Vec3::Y];
-    let stage = Stage::soup(&[one; 1000]);
+    let stage = Planted::soup(&[one; 1000]);
     Tree::of(&stage).checked();
     let rays = [ray(Vec3::new(0.2, 0.3, 1.0), Vec3::NEG_Z), ray(Vec3::new(0.2, 0.3, -1.0), Vec3::Z)];
     let met = stage.met(&rays);
@@ -191,16 +193,16 @@ fn bears_broken_triangles() {
         triangles[300 + i] = [triangles[300 + i][0]; 3];
         triangles[400 + i][1] = triangles[400 + i][0];
     }
-    let stage = Stage::of(soup(&triangles, 3));
+    let stage = Planted::new(Stage::of(soup(&triangles, 3)));
     Tree::of(&stage).checked();
-    let mut random = Random(9);
+    let mut random = Random::new(9);
     let rays: Vec<_> = (0..4000).map(|_| ray(random.point(), random.direction())).collect();
     assert!(stage.compare(&rays) > 2000);
     let broken = |n: u32| (100..500).contains(&n) && n % 100 < 4;
     assert!(stage.met(&rays).iter().all(|met| !broken(met.triangle)));
     // Nothing but broken ones, below and above a leaf's size.
     for count in [3, 40] {
-        let stage = Stage::soup(&vec![[Vec3::splat(f32::NAN); 3]; count]);
+        let stage = Planted::soup(&vec![[Vec3::splat(f32::NAN); 3]; count]);
         assert_eq!(stage.compare(&rays[..100]), 0);
     }
 }
@@ -208,37 +210,37 @@ fn bears_broken_triangles() {
 /// New positions of the same triangles: the tree stays, its boxes and triangles are those of the new positions.
 #[test]
 fn refits_to_where_triangles_moved() {
-    let mut stage = Stage::soup(&random_triangles(3000, 0.2));
-    let before = Tree::of(&stage);
+    let mut planted = Planted::soup(&random_triangles(3000, 0.2));
+    let before = Tree::of(&planted);
     let bent = |p: &Vec3| *p + 0.3 * Vec3::new((5.0 * p.y).sin(), (7.0 * p.z).cos(), p.x * p.y);
-    stage.geometry.positions = stage.geometry.positions.iter().map(bent).collect();
-    let moved = frame::scene_gpu::GpuMesh::new(&stage.gpu, &stage.geometry).unwrap();
-    let mut recorder = Recorder::new(&stage.gpu);
-    stage.builder.refit(&mut recorder, &moved, &mut stage.lbvh).unwrap();
+    planted.stage.geometry.positions = planted.stage.geometry.positions.iter().map(bent).collect();
+    let moved = frame::scene_gpu::GpuMesh::new(&planted.gpu, &planted.geometry).unwrap();
+    let mut recorder = Recorder::new(&planted.stage.gpu);
+    planted.builder.refit(&mut recorder, &moved, &mut planted.lbvh).unwrap();
     recorder.finish().unwrap();
 
-    let after = Tree::of(&stage);
+    let after = Tree::of(&planted);
     let numbers = |tree: &Tree| (0..3000).map(|place| tree.number(place)).collect::<Vec<_>>();
     assert_eq!(numbers(&before), numbers(&after));
     for place in after.checked().places {
-        assert_eq!(after.corners(place), stage.corners(after.number(place)));
+        assert_eq!(after.corners(place), planted.corners(after.number(place) as usize));
     }
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let rays: Vec<_> = (0..1000).map(|_| ray(random.point(), random.direction())).collect();
-    assert!(stage.compare(&rays) > 500);
+    assert!(planted.compare(&rays) > 500);
 
     // Of another mesh there is nothing to keep.
-    let fewer = frame::scene_gpu::GpuMesh::new(&stage.gpu, &soup(&random_triangles(70, 0.2), 0)).unwrap();
-    let mut recorder = Recorder::new(&stage.gpu);
-    stage.builder.refit(&mut recorder, &fewer, &mut stage.lbvh).unwrap();
+    let fewer = frame::scene_gpu::GpuMesh::new(&planted.gpu, &soup(&random_triangles(70, 0.2), 0)).unwrap();
+    let mut recorder = Recorder::new(&planted.stage.gpu);
+    planted.builder.refit(&mut recorder, &fewer, &mut planted.lbvh).unwrap();
     recorder.finish().unwrap();
-    assert_eq!(stage.lbvh.node_count, 69);
+    assert_eq!(planted.lbvh.node_count, 69);
 }
 
 /// 1.3 million triangles need 146 MB; the device allows 134 MB.
 #[test]
 fn says_what_does_not_fit() {
-    let stage = Stage::soup(&random_triangles(5, 0.2));
+    let stage = Planted::soup(&random_triangles(5, 0.2));
     let mut huge = stage.uploaded.mesh.clone();
     huge.triangle_count = 1_300_000;
     let mut recorder = Recorder::new(&stage.gpu);
