@@ -16,7 +16,6 @@
 
 pub mod cwbvh;
 pub mod lbvh;
-pub mod rays;
 
 use frame::{Bind, Buffer};
 

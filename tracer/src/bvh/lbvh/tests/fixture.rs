@@ -1,8 +1,8 @@
 //! Triangles from code or from a scene, on the device, with the tree over them.
 
 use super::super::{Lbvh, LbvhBuilder, WGSL};
-use crate::bvh::rays::{Met, Ray, RayBatch};
 use crate::bvh::{FREE, margin};
+use crate::rays::{Met, Ray, RayBatch};
 use frame::scene_gpu::{GpuScene, SceneOptions};
 use frame::{FrameLog, Gpu, Recorder};
 use glam::{DVec3, Vec2, Vec3};
@@ -58,12 +58,7 @@ impl Random {
 }
 
 pub(super) fn ray(origin: Vec3, direction: Vec3) -> Ray {
-    Ray {
-        origin: origin.into(),
-        t_max: 1e18,
-        direction: direction.normalize().into(),
-        skip: Ray::NO_TRIANGLE,
-    }
+    Ray { origin: origin.into(), t_max: 1e18, direction: direction.normalize().into(), skip: Ray::NOTHING }
 }
 
 /// A ray that begins at one point and passes another, rounded as seldom as can be.
@@ -159,7 +154,8 @@ impl Stage {
         let mut recorder = Recorder::new(&gpu);
         let lbvh = builder.build(&mut recorder, &uploaded.mesh).unwrap();
         let log = recorder.finish().unwrap();
-        let [tree, all] = [WGSL, ALL_TRIANGLES_WGSL].map(|structure| RayBatch::new(&gpu, structure).unwrap());
+        let [tree, all] =
+            [WGSL, ALL_TRIANGLES_WGSL].map(|structure| RayBatch::of_bvh(&gpu, structure).unwrap());
         Self { gpu, geometry, uploaded, builder, lbvh, log, tree, all }
     }
 
@@ -188,25 +184,25 @@ impl Stage {
         let expected_blocked = self.all.blocked(&self.gpu, &self.lbvh.resources(), rays).unwrap().answers;
         let mut beside = 0;
         for (i, ray) in rays.iter().enumerate() {
-            if expected[i].triangle != met[i].triangle && self.is_beside(ray, expected[i].triangle) {
+            if expected[i].primitive != met[i].primitive && self.is_beside(ray, expected[i].primitive) {
                 beside += 1;
                 continue;
             }
             assert_eq!(Met { visits: 0, ..met[i] }, expected[i], "{ray:?}");
             // What lies behind the nearest triangle may be beside the ray, too.
             if is_blocked[i] != expected_blocked[i] {
-                assert_eq!(is_blocked[i] == FREE, met[i].triangle == Ray::NO_TRIANGLE, "{ray:?}");
+                assert_eq!(is_blocked[i] == FREE, met[i].primitive == Ray::NOTHING, "{ray:?}");
                 beside += 1;
             }
         }
         // Only rays aimed along triangles do that.
         assert!(beside <= rays.len() / 500, "{beside} of {} rays differ", rays.len());
-        met.iter().filter(|met| met.triangle != Ray::NO_TRIANGLE).count()
+        met.iter().filter(|met| met.primitive != Ray::NOTHING).count()
     }
 
     /// Whether a ray misses a triangle's box, in double precision, and by more than boxes are grown.
     fn is_beside(&self, ray: &Ray, triangle: u32) -> bool {
-        if triangle == Ray::NO_TRIANGLE {
+        if triangle == Ray::NOTHING {
             return false;
         }
         let bounds = self.geometry.bounds();

@@ -1,8 +1,8 @@
 //! What rays meet: against double precision, against all triangles, and nothing lost between two of them.
 
 use super::fixture::{Random, Stage, random_triangles, ray, ray_through, soup, sphere};
-use crate::bvh::rays::{Met, Ray};
 use crate::bvh::{BLOCKED, FREE, SHEETS};
+use crate::rays::{Met, Ray};
 use glam::{DVec3, Vec3};
 use std::path::Path;
 
@@ -47,7 +47,7 @@ fn check(stage: &Stage, ray: &Ray, met: &Met) {
         let corners = stage.corners(number);
         let Some((t, inside)) = meet(corners, ray) else { continue };
         let (weights, distance) = rounding(corners, ray);
-        if number == met.triangle {
+        if number == met.primitive {
             assert!(inside >= -weights, "{ray:?}: outside of the triangle met by {inside}");
             assert!((t - f64::from(met.distance)).abs() <= distance, "{ray:?}: {t} against {}", met.distance);
         }
@@ -68,7 +68,7 @@ fn meets_what_double_precision_meets() {
         let rays = random_rays(&stage, 1000, 17);
         let met = stage.met(&rays);
         rays.iter().zip(&met).for_each(|(ray, met)| check(&stage, ray, met));
-        let hits = met.iter().filter(|met| met.triangle != Ray::NO_TRIANGLE).count();
+        let hits = met.iter().filter(|met| met.primitive != Ray::NOTHING).count();
         assert!(hits > 200, "{name}: {hits} hits");
         let visits: u32 = met.iter().map(|met| met.visits).sum();
         println!(
@@ -106,11 +106,11 @@ fn meets_what_a_search_without_boxes_meets() {
         assert!(hits > rays.len() / 4);
 
         let met = stage.met(&rays);
-        let hit: Vec<_> = rays.iter().zip(&met).filter(|(_, met)| met.triangle != Ray::NO_TRIANGLE).collect();
-        let skipping: Vec<_> = hit.iter().map(|(ray, met)| Ray { skip: met.triangle, ..**ray }).collect();
+        let hit: Vec<_> = rays.iter().zip(&met).filter(|(_, met)| met.primitive != Ray::NOTHING).collect();
+        let skipping: Vec<_> = hit.iter().map(|(ray, met)| Ray { skip: met.primitive, ..**ray }).collect();
         stage.compare(&skipping);
         for (next, (_, met)) in stage.met(&skipping).iter().zip(&hit) {
-            assert!(next.triangle != met.triangle && next.distance >= met.distance);
+            assert!(next.primitive != met.primitive && next.distance >= met.distance);
         }
         // The limit itself is still met, the float before it not.
         let reaching: Vec<_> = hit.iter().map(|(ray, met)| Ray { t_max: met.distance, ..**ray }).collect();
@@ -130,11 +130,11 @@ fn is_blocked_where_something_is_met() {
     rays.iter_mut().for_each(|ray| ray.t_max = 0.5);
     let met = stage.met(&rays);
     for (blocked, met) in stage.blocked(&rays).into_iter().zip(&met) {
-        assert_eq!(blocked, if met.triangle == Ray::NO_TRIANGLE { FREE } else { BLOCKED });
+        assert_eq!(blocked, if met.primitive == Ray::NOTHING { FREE } else { BLOCKED });
     }
     assert!(
-        met.iter().any(|met| met.triangle == Ray::NO_TRIANGLE)
-            && met.iter().any(|met| met.triangle != Ray::NO_TRIANGLE)
+        met.iter().any(|met| met.primitive == Ray::NOTHING)
+            && met.iter().any(|met| met.primitive != Ray::NOTHING)
     );
 
     let mixed = Stage::of(soup(&random_triangles(60, 0.6), 2));
@@ -158,7 +158,7 @@ fn lets_no_ray_out_of_a_closed_mesh() {
         ray_through(center + 1.25 * random.next() * random.direction(), a + share * (b - a))
     };
     let rays: Vec<_> = (0..100_000).map(|_| aimed(&mut random)).collect();
-    let escaped = stage.met(&rays).iter().filter(|met| met.triangle == Ray::NO_TRIANGLE).count();
+    let escaped = stage.met(&rays).iter().filter(|met| met.primitive == Ray::NOTHING).count();
     assert_eq!(escaped, 0);
     assert!(stage.blocked(&rays).iter().all(|&answer| answer == BLOCKED));
 }
