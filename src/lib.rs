@@ -13,6 +13,7 @@ pub mod metrics;
 pub mod output;
 pub mod pipeline;
 mod progress;
+pub mod race;
 pub mod reference;
 pub mod report;
 pub mod settings;

@@ -14,7 +14,7 @@ use frame::{ColorImage, FrameInfo, FrameLog, GBuffer, Gpu, Knob, RadianceImage, 
 use scene::{Camera, Geometry, Scene};
 use std::ops::Range;
 use tessellate::Tessellator;
-use tracer::{Conventions, Converger, Gather, PathSettings, SampleRule, Search, Tracer};
+use tracer::{Conventions, Converger, Gather, PathSettings, SampleRule, Search, Tracer, World};
 use upsample::Upsampler;
 use voxel::VoxelGrid;
 use voxel::grid::Layout;
@@ -252,6 +252,27 @@ impl Pipeline {
         self.previous = Some(frame);
         self.frame_index += 1;
         Ok(rendered)
+    }
+
+    /// Builds `searches` for the next frame and lends them out with what it would be rendered with.
+    ///
+    /// # Errors
+    /// They do not fit the adapter, or `visit`'s own.
+    pub fn with_world<R>(
+        &mut self,
+        searches: &[Search],
+        visit: impl FnOnce(&Gpu, &FrameInfo, World<'_>) -> Result<R, Error>,
+    ) -> Result<R, Error> {
+        let frame = self.next_frame()?;
+        let mut recorder = Recorder::new(&self.gpu);
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+        let site =
+            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
+        for search in searches {
+            self.searches.build(&mut recorder, *search, site)?;
+        }
+        recorder.finish()?;
+        visit(&self.gpu, &frame, self.searches.world(&self.world, &mesh))
     }
 
     /// Makes what [`Pipeline::sample`] needs: paths through one structure, at display size.

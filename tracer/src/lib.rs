@@ -8,10 +8,10 @@ pub mod bvh;
 mod bvh_trace;
 mod converge;
 pub mod gather;
-
 mod lights;
 pub mod noise;
 mod path;
+pub mod rays;
 mod voxel_trace;
 
 pub use bvh_trace::BvhTracer;

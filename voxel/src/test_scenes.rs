@@ -1,7 +1,7 @@
 //! Scenes for tests: triangles from code, on the device, and a voxelized scene read back.
 
 use crate::grid::reference::CpuGrid;
-use crate::grid::{BRICK_WORDS, EMPTY, Layout};
+use crate::grid::{BRICK_WORDS, EMPTY, Layout, SLOTS};
 use crate::{Grid, VoxelGrid, Voxelizer};
 use frame::scene_gpu::{GpuScene, SceneOptions};
 use frame::{FrameLog, Gpu};
@@ -134,10 +134,10 @@ impl Built {
         let Grid { table_at, bricks_at, bricks, .. } = self.grid.grid;
         let table = &self.grid.structure[table_at as usize..bricks_at as usize];
         let mut cells = Vec::new();
-        for (index, slot) in (0i32..).zip(table).filter(|(_, slot)| **slot != EMPTY) {
+        for (index, entry) in (0i32..).zip(table).filter(|(_, entry)| **entry < EMPTY) {
             let brick =
                 IVec3::new(index % bricks[0], index / bricks[0] % bricks[1], index / (bricks[0] * bricks[1]));
-            let at = (bricks_at + BRICK_WORDS * slot) as usize;
+            let at = (bricks_at + BRICK_WORDS * (entry & SLOTS)) as usize;
             for (bit, word) in
                 (0i32..16).flat_map(|word| (0i32..32).map(move |bit| (32 * (word & 1) + bit, word)))
             {

@@ -211,7 +211,7 @@ impl Voxelizer {
         let uniform = build.input.uniform;
         let batch = Batch { uniform, structure: &build.structure, slots: slots.clone() };
         let counts = gpu.buffer(Room::Voxels, "Voxelizer::counts", 4 * slots.len() as u64, usage)?;
-        self.structure.masks(recorder, &batch, &build.keys, &counts);
+        self.structure.masks(recorder, &batch, &build.keys, &build.bricks, &counts);
         let sums = self.structure.scan(recorder, &counts, slots.len() as u32)?;
         let count = sums.total(recorder)?;
         let list = gpu.buffer(Room::Voxels, "Voxelizer::list", 8 * u64::from(count.max(1)), usage)?;

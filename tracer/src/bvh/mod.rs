@@ -18,7 +18,6 @@
 
 pub mod cwbvh;
 pub mod lbvh;
-pub mod rays;
 #[cfg(test)]
 pub(crate) mod tests;
 

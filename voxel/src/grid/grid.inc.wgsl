@@ -53,19 +53,24 @@ fn grid_index(p: vec3i, size: vec3i) -> u32 {
     return u32(p.x + size.x * (p.y + size.y * p.z));
 }
 
-// Side of the largest empty aligned block of a 4^3 mask that holds p (0..3 per axis): 0 = p is occupied, 1, 2 or 4.
-fn grid_empty_side(mask: vec2u, p: vec3i) -> i32 {
-    if ((mask.x | mask.y) == 0u) {
-        return 4;
-    }
-    // Two z layers per word, so that an aligned 2^3 block never spans words.
-    let layers = select(mask.x, mask.y, p.z >= 2);
+// Side of the largest empty aligned block of a 4^3 mask that holds p (0..3 per axis), given by the mask's word that does:
+// 0 = p is occupied, 1 or 2. Two z layers per word, so that an
+// aligned 2^3 block never spans words.
+fn grid_empty_side_within(layers: u32, p: vec3i) -> i32 {
     let bit = u32(p.x + 4 * p.y + 16 * (p.z & 1));
     if (((layers >> bit) & 1u) != 0u) {
         return 0;
     }
     let corner = u32((p.x & 2) + 4 * (p.y & 2));
     return select(1, 2, ((layers >> corner) & 0x00330033u) == 0u);
+}
+
+// The same of a mask as a whole, that may be empty: 4.
+fn grid_empty_side(mask: vec2u, p: vec3i) -> i32 {
+    if ((mask.x | mask.y) == 0u) {
+        return 4;
+    }
+    return grid_empty_side_within(select(mask.x, mask.y, p.z >= 2), p);
 }
 
 fn grid_mask(at: u32) -> vec2u {
@@ -93,24 +98,29 @@ fn grid_cell(brick: u32, index: u32) -> vec3i {
     return vec3i(8u * corner + 4u * part + p);
 }
 
-// First word of the brick that holds the cell; the brick must not be empty.
-fn grid_brick_at(cell: vec3i) -> u32 {
-    let slot = grid_structure[grid.table_at + grid_index(cell >> vec3u(3u), grid.bricks)];
-    return grid.bricks_at + GRID_BRICK_WORDS * slot;
+// What the table says about the brick of a cell of the grid.
+fn grid_entry(cell: vec3i) -> u32 {
+    return grid_structure[grid.table_at + grid_index(cell >> vec3u(3u), grid.bricks)];
 }
 
-// Side of the largest empty block around a cell of the grid, a power of two up to 128; 0 = the cell is occupied.
+// First word of the brick that holds the cell; the brick must not be empty.
+fn grid_brick_at(cell: vec3i) -> u32 {
+    return grid.bricks_at + GRID_BRICK_WORDS * (grid_entry(cell) & GRID_SLOTS);
+}
+
+// Side of the largest empty block around a cell of the grid, a power of two up to 128; 0 = the cell is occupied. One word
+// is read, and of a part of a brick that is not empty a second: loads are what a step costs.
 fn grid_block(cell: vec3i) -> i32 {
-    let group = cell >> vec3u(5u);
-    let bricks = grid_empty_side(grid_mask(grid.groups_at + 2u * grid_index(group, grid.groups)), (cell >> vec3u(3u)) & vec3i(3));
-    if (bricks == 0) {
-        return grid_empty_side(grid_mask(grid_brick_at(cell) + 2u * grid_part(cell)), cell & vec3i(3));
+    let entry = grid_entry(cell);
+    if (entry >= GRID_EMPTY) {
+        return i32(entry - GRID_EMPTY);
     }
-    if (bricks < 4) {
-        return 8 * bricks;
+    let part = grid_part(cell);
+    if (((entry >> (GRID_PARTS_BIT + part)) & 1u) == 0u) {
+        return 4;
     }
-    let region = cell >> vec3u(7u);
-    return 32 * grid_empty_side(grid_mask(2u * grid_index(region, grid.regions)), group & vec3i(3));
+    let word = GRID_BRICK_WORDS * (entry & GRID_SLOTS) + 2u * part + ((u32(cell.z) >> 1u) & 1u);
+    return grid_empty_side_within(grid_structure[grid.bricks_at + word], cell & vec3i(3));
 }
 
 fn grid_occupied(cell: vec3i) -> bool {
@@ -171,6 +181,9 @@ fn grid_trace(origin: vec3f, direction: vec3f, t_max: f32, skip: u32) -> GridHit
         hit.axis = select(select(2u, 1u, y), 0u, x);
     }
 
+    // All bits of the axes that it goes forward on; one cell on, per axis.
+    let ahead = select(vec3i(0), vec3i(-1), forward);
+    let onward = select(vec3i(-1), vec3i(1), forward);
     var left = skip;
     var armed = skip == 0u;
     let most = GRID_STEPS_PER_CELL * u32(max(grid.cells.x, max(grid.cells.y, grid.cells.z)));
@@ -188,19 +201,20 @@ fn grid_trace(origin: vec3f, direction: vec3f, t_max: f32, skip: u32) -> GridHit
         left -= select(0u, 1u, is_taken);
         armed = armed || !is_taken;
         // To the neighbour across the first exit plane of the block. The other two coordinates come from the position
-        // on that plane, but never leave the block and never go back: round-off cannot derail the walk.
+        // on that plane, but never leave the block and never go back: round-off cannot derail the walk. Cells are never
+        // negative, so that rounding to 0 is rounding down.
         let side = max(empty, 1);
-        let low = cell & vec3i(-side);
-        let high = low + side;
-        let exits = select((vec3f(select(low, high, forward)) - o) * inverse, vec3f(GRID_FAR), still);
+        let plane = (cell & vec3i(-side)) + (vec3i(side) & ahead);
+        let exits = select((vec3f(plane) - o) * inverse, vec3f(GRID_FAR), still);
         let x = exits.x <= exits.y && exits.x <= exits.z;
         let y = !x && exits.y <= exits.z;
-        t = max(t, select(select(exits.z, exits.y, y), exits.x, x));
-        let there = clamp(vec3i(floor(o + t * direction)), low, high - 1);
-        let onward = select(min(there, cell), max(there, cell), forward);
-        cell = select(onward, select(low - 1, high, forward), vec3<bool>(x, y, !x && !y));
+        t = max(t, min(exits.x, min(exits.y, exits.z)));
+        let last = plane + ahead;
+        let there = clamp(vec3i(o + t * direction), min(cell, last), max(cell, last));
+        cell = select(there, last + onward, vec3<bool>(x, y, !x && !y));
         hit.axis = select(select(2u, 1u, y), 0u, x);
-        if (t > limit || any(cell < vec3i(0)) || any(cell >= grid.cells)) {
+        // Negative cells count as large.
+        if (t > limit || any(vec3u(cell) >= vec3u(grid.cells))) {
             hit.cut = false;
             break;
         }

@@ -1,6 +1,6 @@
 //! The CPU half: the same structure built from a list of cells, and the same walk in f32.
 
-use super::{BASE_WORD, BRICK_WORDS, EMPTY, Grid, Layout, PREFIX_WORD, STEPS_PER_CELL};
+use super::{BASE_WORD, BRICK_WORDS, EMPTY, Grid, Layout, PARTS_BIT, PREFIX_WORD, SLOTS, STEPS_PER_CELL};
 use glam::{BVec3, IVec3, Vec3};
 
 const STILL: f32 = 9.094_947e-13;
@@ -61,7 +61,10 @@ fn empty_side(mask: [u32; 2], p: IVec3) -> i32 {
     if mask == [0, 0] {
         return 4;
     }
-    let layers = if p.z >= 2 { mask[1] } else { mask[0] };
+    empty_side_within(if p.z >= 2 { mask[1] } else { mask[0] }, p)
+}
+
+fn empty_side_within(layers: u32, p: IVec3) -> i32 {
     if (layers >> (p.x + 4 * p.y + 16 * (p.z & 1))) & 1 != 0 {
         return 0;
     }
@@ -97,18 +100,22 @@ impl CpuGrid {
             structure[2 * index(region, grid.regions) + word] |= 1 << bit;
             structure[grid.table_at as usize + index(cell >> 3, grid.bricks)] = 0;
         }
+        let mut built = Self { grid, structure, voxel_count: 0 };
+        built.fill_sides();
+        let structure = &mut built.structure;
         // Slots in the order of brick cells, as the scan on the device gives them.
         let mut slots = 0;
-        for slot in structure[grid.table_at as usize..].iter_mut().filter(|slot| **slot != EMPTY) {
-            *slot = slots;
+        for entry in structure[grid.table_at as usize..].iter_mut().filter(|entry| **entry < EMPTY) {
+            *entry = slots;
             slots += 1;
         }
         structure.resize(structure.len() + (BRICK_WORDS * slots) as usize, 0);
-        let mut built = Self { grid, structure, voxel_count: 0 };
         for cell in inside {
             let (word, bit) = bit_of(cell);
             let at = built.brick_at(cell) + 2 * part(cell) + word;
             built.structure[at] |= 1 << bit;
+            let entry = built.entry_at(cell);
+            built.structure[entry] |= 1 << (PARTS_BIT as usize + part(cell));
         }
         for brick in built.structure[grid.bricks_at as usize..].chunks_exact_mut(BRICK_WORDS as usize) {
             brick[BASE_WORD as usize] = built.voxel_count;
@@ -126,24 +133,41 @@ impl CpuGrid {
         [self.structure[at], self.structure[at + 1]]
     }
 
+    /// Tells every empty brick cell how far the emptiness around it goes.
+    fn fill_sides(&mut self) {
+        let [x, y, z] = self.grid.bricks;
+        let bricks = (0..z).flat_map(|z| (0..y).flat_map(move |y| (0..x).map(move |x| IVec3::new(x, y, z))));
+        for brick in bricks {
+            let at = self.entry_at(brick << 3);
+            if self.structure[at] == EMPTY {
+                let (group, region) = (brick >> 2, brick >> 4);
+                let groups_at = self.grid.groups_at as usize;
+                let bricks = empty_side(self.mask(groups_at + 2 * index(group, self.grid.groups)), brick & 3);
+                let groups = empty_side(self.mask(2 * index(region, self.grid.regions)), group & 3);
+                self.structure[at] += if bricks == 4 { 32 * groups as u32 } else { 8 * bricks as u32 };
+            }
+        }
+    }
+
+    fn entry_at(&self, cell: IVec3) -> usize {
+        self.grid.table_at as usize + index(cell >> 3, self.grid.bricks)
+    }
+
     fn brick_at(&self, cell: IVec3) -> usize {
-        let slot = self.structure[self.grid.table_at as usize + index(cell >> 3, self.grid.bricks)];
-        (self.grid.bricks_at + BRICK_WORDS * slot) as usize
+        (self.grid.bricks_at + BRICK_WORDS * (self.structure[self.entry_at(cell)] & SLOTS)) as usize
     }
 
     fn block(&self, cell: IVec3) -> i32 {
-        let three = IVec3::splat(3);
-        let group = cell >> 5;
-        let groups_at = self.grid.groups_at as usize;
-        let bricks =
-            empty_side(self.mask(groups_at + 2 * index(group, self.grid.groups)), (cell >> 3) & three);
-        if bricks == 0 {
-            return empty_side(self.mask(self.brick_at(cell) + 2 * part(cell)), cell & three);
+        let entry = self.structure[self.entry_at(cell)];
+        if entry >= EMPTY {
+            return (entry - EMPTY) as i32;
         }
-        if bricks < 4 {
-            return 8 * bricks;
+        let part = part(cell);
+        if (entry >> (PARTS_BIT as usize + part)) & 1 == 0 {
+            return 4;
         }
-        32 * empty_side(self.mask(2 * index(cell >> 7, self.grid.regions)), group & three)
+        let word = self.brick_at(cell) + 2 * part + bit_of(cell).0;
+        empty_side_within(self.structure[word], cell & 3)
     }
 
     /// Whether a cell is inside the grid and holds something.
@@ -200,28 +224,25 @@ impl CpuGrid {
             );
             axis = if x { 0 } else { 2 - u32::from(y) };
         }
+        let ahead = IVec3::select(forward, IVec3::NEG_ONE, IVec3::ZERO);
+        let onward = IVec3::select(forward, IVec3::ONE, IVec3::NEG_ONE);
         for _ in 0..STEPS_PER_CELL * cells.max_element() as u32 {
             walk.iterations += 1;
             let empty = self.block(cell);
             if !visit(Visit { cell, empty, t, axis }) {
                 return walk;
             }
-            let side = empty.max(1);
-            let low = cell & IVec3::splat(-side);
-            let high = low + side;
-            let exits = (IVec3::select(forward, high, low).as_vec3() - o) * inverse;
-            let exits = Vec3::select(still, Vec3::splat(FAR), exits);
+            let side = IVec3::splat(empty.max(1));
+            let plane = (cell & -side) + (side & ahead);
+            let exits = Vec3::select(still, Vec3::splat(FAR), (plane.as_vec3() - o) * inverse);
             let x = exits.x <= exits.y && exits.x <= exits.z;
             let y = !x && exits.y <= exits.z;
             axis = if x { 0 } else { 2 - u32::from(y) };
-            t = t.max(exits[axis as usize]);
-            if t > limit {
-                return walk;
-            }
-            let there = (o + t * d).floor().as_ivec3().clamp(low, high - 1);
-            let onward = IVec3::select(forward, there.max(cell), there.min(cell));
-            cell = IVec3::select(BVec3::new(x, y, !x && !y), IVec3::select(forward, high, low - 1), onward);
-            if (cell.cmplt(IVec3::ZERO) | cell.cmpge(cells)).any() {
+            t = t.max(exits.min_element());
+            let last = plane + ahead;
+            let there = (o + t * d).as_ivec3().clamp(cell.min(last), cell.max(last));
+            cell = IVec3::select(BVec3::new(x, y, !x && !y), last + onward, there);
+            if t > limit || (cell.cmplt(IVec3::ZERO) | cell.cmpge(cells)).any() {
                 return walk;
             }
         }

@@ -149,9 +149,10 @@ fn raster_vote(in: RasterCorner) {
     if (!found.inside) {
         return;
     }
-    let slot = grid_structure[grid.table_at + grid_index(found.cell >> vec3u(3u), grid.bricks)];
+    let entry = grid_entry(found.cell);
+    let slot = entry & GRID_SLOTS;
     let local = slot - params.first_slot;
-    if (slot == GRID_EMPTY || slot < params.first_slot || local >= params.slot_count) {
+    if (entry >= GRID_EMPTY || slot < params.first_slot || local >= params.slot_count) {
         return;
     }
     let kind = raster_class(in.triangle, found.cell);

@@ -44,6 +44,7 @@ pub(crate) struct Structure {
     slots: Kernel,
     groups: Kernel,
     regions: Kernel,
+    sides: Kernel,
     masks: Kernel,
     list: Kernel,
 }
@@ -87,6 +88,7 @@ impl Structure {
         let keys = Bind::storage_read(2, 3, "in_keys");
         let structure = Bind::storage(3, 0, "out_structure");
         let bricks = Bind::storage(3, 1, "out_bricks");
+        let in_bricks = Bind::storage_read(2, 4, "in_bricks");
         let counts = Bind::storage(3, 2, "out_counts");
         let list = Bind::storage(3, 3, "out_list");
         Ok(Self {
@@ -94,7 +96,8 @@ impl Structure {
             slots: kernel("structure_slots", &[marks, sums[0], sums[1], structure, bricks])?,
             groups: kernel("structure_groups", &[marks, structure])?,
             regions: kernel("structure_regions", &[structure])?,
-            masks: kernel("structure_masks", &[keys, structure, counts])?,
+            sides: kernel("structure_sides", &[structure])?,
+            masks: kernel("structure_masks", &[keys, in_bricks, structure, counts])?,
             list: kernel("structure_list", &[sums[0], sums[1], structure, list])?,
         })
     }
@@ -121,7 +124,7 @@ impl Structure {
         bricks: &Buffer,
     ) {
         let count = |n: [i32; 3]| n.iter().product::<i32>() as u32;
-        let passes: [(_, _, _, &[&Buffer]); 3] = [
+        let passes: [(_, _, _, &[&Buffer]); 4] = [
             (
                 "voxel/structure/slots",
                 &self.slots,
@@ -130,6 +133,7 @@ impl Structure {
             ),
             ("voxel/structure/groups", &self.groups, count(grid.groups), &[uniform, marks, structure]),
             ("voxel/structure/regions", &self.regions, count(grid.regions), &[uniform, structure]),
+            ("voxel/structure/sides", &self.sides, count(grid.bricks), &[uniform, structure]),
         ];
         for (pass, kernel, count, buffers) in passes {
             let (workgroups, row) = rows(count);
@@ -140,15 +144,16 @@ impl Structure {
         }
     }
 
-    /// Masks of a batch, and voxels by brick.
+    /// Masks of a batch, which of them hold voxels, and voxels by brick. `bricks` is what [`Self::levels`] filled.
     pub(crate) fn masks(
         &self,
         recorder: &mut Recorder<'_>,
         batch: &Batch<'_>,
         keys: &Buffer,
+        bricks: &Buffer,
         counts: &Buffer,
     ) {
-        let buffers = [batch.uniform, keys, batch.structure, counts];
+        let buffers = [batch.uniform, keys, bricks, batch.structure, counts];
         self.per_brick(recorder, "voxel/structure/masks", &self.masks, batch, 0, &buffers);
     }
 

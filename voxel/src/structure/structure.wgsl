@@ -22,6 +22,7 @@ struct StructureParams {
 @group(3) @binding(0) var<storage, read_write> out_structure: array<u32>;
 // Brick cell by slot.
 @group(3) @binding(1) var<storage, read_write> out_bricks: array<u32>;
+@group(2) @binding(4) var<storage, read> in_bricks: array<u32>;
 // Voxels by brick of the batch.
 @group(3) @binding(2) var<storage, read_write> out_counts: array<u32>;
 // By record of the batch: cell of the batch, factor of its emission (0 = as it is).
@@ -43,7 +44,7 @@ fn structure_child(parent: vec3i, bit: u32) -> vec3i {
     return 4 * parent + vec3i((vec3u(bit) >> vec3u(0u, 2u, 4u)) & vec3u(3u));
 }
 
-// One invocation per brick cell.
+// One invocation per brick cell. An empty one's entry is not whole before structure_sides.
 @compute @workgroup_size(64)
 fn structure_slots(@builtin(global_invocation_id) id: vec3u) {
     let brick = id.x + params.row * id.y;
@@ -99,6 +100,25 @@ fn structure_regions(@builtin(global_invocation_id) id: vec3u) {
     out_structure[2u * index + 1u] = mask.y;
 }
 
+fn structure_mask(at: u32) -> vec2u {
+    return vec2u(out_structure[at], out_structure[at + 1u]);
+}
+
+// One invocation per brick cell: an empty one tells how far the emptiness around it goes.
+@compute @workgroup_size(64)
+fn structure_sides(@builtin(global_invocation_id) id: vec3u) {
+    let index = id.x + params.row * id.y;
+    if (index >= params.count || out_structure[grid.table_at + index] != GRID_EMPTY) {
+        return;
+    }
+    let brick = structure_point(index, grid.bricks);
+    let group = brick >> vec3u(2u);
+    let bricks = grid_empty_side(structure_mask(grid.groups_at + 2u * grid_index(group, grid.groups)), brick & vec3i(3));
+    let region = group >> vec3u(2u);
+    let groups = grid_empty_side(structure_mask(2u * grid_index(region, grid.regions)), group & vec3i(3));
+    out_structure[grid.table_at + index] = GRID_EMPTY + u32(select(8 * bricks, 32 * groups, bricks == 4));
+}
+
 var<workgroup> structure_counts: array<u32, 64>;
 
 // Sixteen invocations per brick of the batch, one per word of its masks.
@@ -117,11 +137,21 @@ fn structure_masks(@builtin(local_invocation_index) local: u32, @builtin(workgro
     }
     structure_counts[local] = countOneBits(mask);
     workgroupBarrier();
-    // Four of the sixteen write the counts before two masks each, a fifth the total.
-    if (brick >= params.count || word > 4u) {
+    // Four of the sixteen write the counts before two masks each, a fifth the total, a sixth which masks hold a voxel.
+    if (brick >= params.count || word > 5u) {
         return;
     }
     let first = local - word;
+    if (word == 5u) {
+        let slot = params.first_slot + brick;
+        var parts = 0u;
+        for (var part = 0u; part < 8u; part += 1u) {
+            let voxels = structure_counts[first + 2u * part] + structure_counts[first + 2u * part + 1u];
+            parts |= select(0u, 1u, voxels > 0u) << part;
+        }
+        out_structure[grid.table_at + in_bricks[slot]] = slot | (parts << GRID_PARTS_BIT);
+        return;
+    }
     var before = 0u;
     for (var i = 0u; i < 4u * word; i += 1u) {
         before += structure_counts[first + i];

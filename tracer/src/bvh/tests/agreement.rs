@@ -3,8 +3,8 @@
 use super::fixture::{Random, Stage, ray, soup};
 use crate::bvh::cwbvh::{self, Cwbvh};
 use crate::bvh::lbvh::{self, Lbvh};
-use crate::bvh::rays::{Met, Ray, RayBatch};
 use crate::bvh::{BLOCKED, FREE, SHEETS};
+use crate::rays::{Met, Ray, RayBatch};
 use glam::Vec3;
 
 /// Both over the same triangles.
@@ -19,13 +19,13 @@ struct Rivals {
 /// All that an image can depend on.
 fn bits(met: &Met) -> [u32; 4] {
     let [v, w] = met.weights;
-    [met.triangle, met.distance.to_bits(), v.to_bits(), w.to_bits()]
+    [met.primitive, met.distance.to_bits(), v.to_bits(), w.to_bits()]
 }
 
 impl Rivals {
     fn new(stage: Stage) -> Self {
         let [by_lbvh, by_cwbvh] =
-            [lbvh::WGSL, cwbvh::WGSL].map(|walk| RayBatch::new(&stage.gpu, walk).unwrap());
+            [lbvh::WGSL, cwbvh::WGSL].map(|walk| RayBatch::of_bvh(&stage.gpu, walk).unwrap());
         Self { lbvh: stage.lbvh(), cwbvh: stage.cwbvh(), by_lbvh, by_cwbvh, stage }
     }
 
@@ -46,7 +46,7 @@ impl Rivals {
         for (i, ray) in rays.iter().enumerate() {
             let answer = ours_blocked[i];
             assert_eq!(answer, theirs_blocked[i], "{ray:?} is blocked by one of them");
-            assert_eq!(answer == FREE, ours[i].triangle == Ray::NO_TRIANGLE, "{ray:?}");
+            assert_eq!(answer == FREE, ours[i].primitive == Ray::NOTHING, "{ray:?}");
             shadows[answer as usize] += 1;
         }
         (ours, shadows)
@@ -57,7 +57,7 @@ impl Rivals {
         let mut rays = self.stage.random_rays(count / 2, 51);
         rays.extend(self.stage.awkward_rays(count / 2, 52));
         let (met, shadows) = self.compare(&rays);
-        let hits = met.iter().filter(|met| met.triangle != Ray::NO_TRIANGLE).count();
+        let hits = met.iter().filter(|met| met.primitive != Ray::NOTHING).count();
         println!(
             "{name}: {hits} of {} rays met the same triangle; {shadows:?} free, blocked, sheets",
             rays.len()
@@ -101,7 +101,7 @@ fn broken_and_far_triangles_are_left_out_alike() {
     let mut rays: Vec<_> = (0..20_000).map(|_| ray(random.point(), random.direction())).collect();
     let (met, shadows) = rivals.compare(&rays);
     let broken = |n: u32| (101..108).contains(&n) || (201..208).contains(&n);
-    assert!(met.iter().all(|met| !broken(met.triangle)));
+    assert!(met.iter().all(|met| !broken(met.primitive)));
     assert!([FREE, BLOCKED, SHEETS].iter().all(|&answer| shadows[answer as usize] > 100), "{shadows:?}");
 
     // One at the limit makes every box too large to hide anything.
@@ -110,5 +110,5 @@ fn broken_and_far_triangles_are_left_out_alike() {
     rays.truncate(2000);
     rays.push(ray(Vec3::splat(5.0), Vec3::new(1.0, 0.3, 0.3)));
     let (met, _) = Rivals::new(Stage::of(soup(&triangles, 3))).compare(&rays);
-    assert_eq!(met.last().map(|met| met.triangle), Some(100));
+    assert_eq!(met.last().map(|met| met.primitive), Some(100));
 }

@@ -1,8 +1,8 @@
 //! Closed meshes, aimed at where triangles meet: through neither structure a ray finds a gap.
 
 use super::fixture::{Random, Stage, bumpy_ball, ray_through, soup};
-use crate::bvh::rays::{Met, Ray, RayBatch};
 use crate::bvh::{BLOCKED, cwbvh, lbvh};
+use crate::rays::{Met, Ray, RayBatch};
 use glam::Vec3;
 
 /// A ball, and how both structures answer the same rays.
@@ -21,7 +21,7 @@ impl Ball {
         let stage = &self.stage;
         let [lbvh, cwbvh] = [&*stage.lbvh(), &stage.cwbvh().bvh];
         [("lbvh", lbvh::WGSL, lbvh), ("cwbvh", cwbvh::WGSL, cwbvh)].map(|(name, walk, bvh)| {
-            let batch = RayBatch::new(&stage.gpu, walk).unwrap();
+            let batch = RayBatch::of_bvh(&stage.gpu, walk).unwrap();
             (name, stage.met(&batch, bvh, rays), stage.blocked(&batch, bvh, rays))
         })
     }
@@ -46,7 +46,7 @@ fn nothing_escapes_a_closed_mesh() {
         })
         .collect();
     for (name, met, blocked) in ball.answers(&rays) {
-        let escaped = met.iter().filter(|met| met.triangle == Ray::NO_TRIANGLE).count();
+        let escaped = met.iter().filter(|met| met.primitive == Ray::NOTHING).count();
         let lit = blocked.iter().filter(|answer| **answer != BLOCKED).count();
         assert_eq!((escaped, lit), (0, 0), "{name}: of {}", rays.len());
         let visits: u64 = met.iter().map(|met| u64::from(met.visits)).sum();
@@ -75,7 +75,7 @@ fn no_ray_from_outside_reaches_the_far_side() {
     for (name, met, _) in ball.answers(&rays) {
         for (ray, met) in rays.iter().zip(&met) {
             let point = Vec3::from(ray.origin) + met.distance * Vec3::from(ray.direction);
-            let is_near_side = met.triangle != Ray::NO_TRIANGLE && point.dot(ray.direction.into()) < 0.0;
+            let is_near_side = met.primitive != Ray::NOTHING && point.dot(ray.direction.into()) < 0.0;
             assert!(is_near_side, "{name}: {ray:?}: {met:?}");
         }
     }

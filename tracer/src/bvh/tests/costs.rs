@@ -1,8 +1,8 @@
 //! What rays of a picture cost in each structure: printed, not judged.
 
 use super::fixture::{Random, Stage, ray};
-use crate::bvh::rays::{Met, Ray, RayBatch};
 use crate::bvh::{cwbvh, lbvh};
+use crate::rays::{Met, Ray, RayBatch};
 use glam::Vec3;
 
 /// Pixels on a side of the picture.
@@ -25,13 +25,13 @@ fn scattered_rays(stage: &Stage, rays: &[Ray], met: &[Met]) -> Vec<Ray> {
     let mut random = Random::new(61);
     let scattered = |(from, met): (&Ray, &Met)| {
         let direction = Vec3::from(from.direction);
-        let [a, b, c] = stage.corners(met.triangle as usize);
+        let [a, b, c] = stage.corners(met.primitive as usize);
         let normal = (b - a).cross(c - a).normalize();
         let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
         let origin = Vec3::from(from.origin) + met.distance * direction;
-        Ray { skip: met.triangle, ..ray(origin, normal + random.direction()) }
+        Ray { skip: met.primitive, ..ray(origin, normal + random.direction()) }
     };
-    rays.iter().zip(met).filter(|(_, met)| met.triangle != Ray::NO_TRIANGLE).map(scattered).collect()
+    rays.iter().zip(met).filter(|(_, met)| met.primitive != Ray::NOTHING).map(scattered).collect()
 }
 
 #[test]
@@ -40,7 +40,7 @@ fn rays_of_a_picture_of_sponza() {
     let (lbvh, cwbvh) = (stage.lbvh(), stage.cwbvh());
     let structures = [("lbvh", lbvh::WGSL, &*lbvh), ("cwbvh", cwbvh::WGSL, &cwbvh.bvh)];
     let structures =
-        structures.map(|(name, walk, bvh)| (name, RayBatch::new(&stage.gpu, walk).unwrap(), bvh));
+        structures.map(|(name, walk, bvh)| (name, RayBatch::of_bvh(&stage.gpu, walk).unwrap(), bvh));
     let primary = primary_rays();
     let [(_, batch, bvh), _] = &structures;
     let scattered = scattered_rays(&stage, &primary, &stage.met(batch, bvh, &primary));

@@ -3,8 +3,8 @@
 use crate::bvh::Bvh;
 use crate::bvh::cwbvh::{self, Cwbvh, Quality};
 use crate::bvh::lbvh::{Lbvh, LbvhBuilder};
-use crate::bvh::rays::{Met, Ray, RayBatch};
 use crate::gather::reference::intersect;
+use crate::rays::{Met, Ray, RayBatch};
 use frame::scene_gpu::{GpuScene, SceneOptions};
 use frame::{Gpu, Recorder, surface};
 use glam::{DVec3, Vec2, Vec3};
@@ -51,7 +51,7 @@ impl Random {
 /// Endless; any triangle can be met.
 pub fn ray(origin: Vec3, direction: Vec3) -> Ray {
     let direction = direction.normalize().to_array();
-    Ray { origin: origin.to_array(), t_max: FAR_M, direction, skip: Ray::NO_TRIANGLE }
+    Ray { origin: origin.to_array(), t_max: FAR_M, direction, skip: Ray::NOTHING }
 }
 
 /// A ray that begins at one point and passes another, rounded as seldom as can be.
@@ -203,7 +203,7 @@ impl Stage {
                 _ => ray_through(on_it + 2.0 * size * random.unit() * random.direction(), on_it.as_dvec3()),
             };
             let t_max = if i % 3 == 0 { size * random.unit() } else { FAR_M };
-            let skip = if i % 5 == 0 { triangle as u32 } else { Ray::NO_TRIANGLE };
+            let skip = if i % 5 == 0 { triangle as u32 } else { Ray::NOTHING };
             Ray { t_max, skip, ..begun }
         };
         (0..count).map(awkward).collect()
@@ -242,12 +242,12 @@ impl Stage {
                 "{ray:?} misses {triangle} at {distance}: {hit:?}"
             );
         }
-        if hit.triangle == Ray::NO_TRIANGLE {
+        if hit.primitive == Ray::NOTHING {
             assert_eq!(hit.distance, ray.t_max, "{ray:?}");
             return false;
         }
-        assert!(hit.triangle != ray.skip && hit.distance <= ray.t_max, "{ray:?}: {hit:?}");
-        let triangle = hit.triangle as usize;
+        assert!(hit.primitive != ray.skip && hit.distance <= ray.t_max, "{ray:?}: {hit:?}");
+        let triangle = hit.primitive as usize;
         let [a, b, c] = self.corners(triangle).map(Vec3::as_dvec3);
         let [v, w] = hit.weights.map(f64::from);
         let (point, met) = (origin + f64::from(hit.distance) * direction, a + v * (b - a) + w * (c - a));

@@ -99,7 +99,7 @@ fn a_closed_furnace_glows_as_the_geometric_series() {
 fn light_samples_find_the_light_that_chance_finds_and_less_noise() {
     let fixture = Fixture::new(DARK, None, &[], at(8.0, 8.0, 13.0), at(6.0, 3.0, 2.0));
     let mut model = Model::new(16);
-    let glossy = Surface { roughness: glam::Vec2::splat(0.4), f0: 0.5, ..Surface::default() };
+    let glossy = Surface { roughness: Vec2::splat(0.4), f0: 0.5, ..Surface::default() };
     model.room(|_| Surface { base: Vec3::splat(exact(0.5)), ..glossy });
     // A lamp in the ceiling, and a block in its light.
     for cell in cells([5, 15, 5], [9, 16, 9]) {

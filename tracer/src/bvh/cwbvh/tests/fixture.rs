@@ -3,8 +3,8 @@
 use super::super::reference::CpuCwbvh;
 use super::super::{Cwbvh, Quality, WGSL, build};
 use crate::bvh::BvhParams;
-use crate::bvh::rays::{Met, Ray, RayBatch};
 use crate::bvh::tests::fixture::{Stage, soup};
+use crate::rays::{Met, Ray, RayBatch};
 use frame::scene_gpu::GpuMesh;
 use glam::Vec3;
 use std::ops::Deref;
@@ -26,7 +26,7 @@ impl Deref for Fixture {
 
 impl Fixture {
     pub fn new(stage: Stage) -> Self {
-        let batch = RayBatch::new(&stage.gpu, WGSL).unwrap();
+        let batch = RayBatch::of_bvh(&stage.gpu, WGSL).unwrap();
         Self { cwbvh: stage.cwbvh(), batch, stage }
     }
 

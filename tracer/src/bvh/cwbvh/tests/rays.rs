@@ -3,16 +3,16 @@
 use super::super::Quality;
 use super::super::tree::{boxes, cwbvh};
 use super::fixture::Fixture;
-use crate::bvh::rays::{Met, Ray};
 use crate::bvh::tests::fixture::{Random, Stage, ray};
 use crate::bvh::{BLOCKED, FREE, MOST_VISITS, SHEETS};
 use crate::gather::reference::intersect;
+use crate::rays::{Met, Ray};
 use glam::Vec3;
 use obvhs::ray::{Ray as ObvhsRay, RayHit};
 use scene::{Alpha, Scene};
 
 const SCENES: [&str; 3] = ["courtyard", "cornell", "spheres"];
-const NONE: u32 = Ray::NO_TRIANGLE;
+const NONE: u32 = Ray::NOTHING;
 
 #[test]
 fn rays_meet_what_f64_says() {
@@ -35,10 +35,10 @@ fn limits_and_skips_are_kept() {
     let fixture = Fixture::scene("cornell");
     let rays = fixture.random_rays(1000, 4);
     let hits = fixture.met(&rays);
-    let met: Vec<_> = rays.iter().zip(&hits).filter(|(_, hit)| hit.triangle != NONE).collect();
+    let met: Vec<_> = rays.iter().zip(&hits).filter(|(_, hit)| hit.primitive != NONE).collect();
     assert!(met.len() > 400, "{}", met.len());
     let changed = |change: &dyn Fn(&Ray, f32, u32) -> Ray| {
-        let rays: Vec<_> = met.iter().map(|(ray, hit)| change(ray, hit.distance, hit.triangle)).collect();
+        let rays: Vec<_> = met.iter().map(|(ray, hit)| change(ray, hit.distance, hit.primitive)).collect();
         (fixture.met(&rays), fixture.blocked(&rays), rays)
     };
     // A limit exactly at the triangle still meets it, the next float before it does not.
@@ -46,15 +46,15 @@ fn limits_and_skips_are_kept() {
     assert!(at_blocked.iter().all(|answer| *answer != FREE));
     for (now, (ray, before)) in at.iter().zip(&met) {
         assert_eq!(
-            (now.triangle, now.distance, now.weights),
-            (before.triangle, before.distance, before.weights),
+            (now.primitive, now.distance, now.weights),
+            (before.primitive, before.distance, before.weights),
             "{ray:?}"
         );
     }
     let (short, short_blocked, _) = changed(&|ray, distance, _| Ray { t_max: distance.next_down(), ..*ray });
     assert!(short_blocked.iter().all(|answer| *answer == FREE));
     for (now, (ray, _)) in short.iter().zip(&met) {
-        assert_eq!(now.triangle, NONE, "{ray:?}");
+        assert_eq!(now.primitive, NONE, "{ray:?}");
     }
     let (behind, _, skipping) = changed(&|ray, _, triangle| Ray { skip: triangle, ..*ray });
     for (now, ray) in behind.iter().zip(&skipping) {
@@ -72,7 +72,7 @@ fn of_equal_distances_the_lower_number_wins() {
     let ray = ray(Vec3::ZERO, Vec3::Z);
     let rays = [ray, Ray { skip: 0, ..ray }, Ray { t_max: 1.5, skip: 0, ..ray }];
     let hits = fixture.met(&rays);
-    let seen: Vec<_> = hits.iter().map(|hit| (hit.triangle, hit.distance)).collect();
+    let seen: Vec<_> = hits.iter().map(|hit| (hit.primitive, hit.distance)).collect();
     assert_eq!(seen, [(0, 1.0), (1, 2.0), (NONE, 1.5)]);
     assert_eq!(fixture.blocked(&rays), [BLOCKED, BLOCKED, FREE]);
     // Corners two and three, from the position (0, 0) = 1/2 a + 1/4 b + 1/4 c.
@@ -89,14 +89,14 @@ fn the_device_walks_as_the_twin_does() {
         let (mut same, mut same_visits, mut visits) = (0, 0, [0_u64; 2]);
         for (ray, hit) in rays.iter().zip(&hits) {
             let cpu = twin.closest(ray.origin.into(), ray.direction.into(), ray.t_max, ray.skip);
-            same += usize::from(cpu.triangle == hit.triangle);
+            same += usize::from(cpu.triangle == hit.primitive);
             same_visits += usize::from(cpu.visits == hit.visits);
             visits[0] += u64::from(hit.visits);
             visits[1] += u64::from(cpu.visits);
             assert_eq!((hit.cut, cpu.cut), (0, false));
             // A few roundings, fused or not.
-            if cpu.triangle == hit.triangle && hit.triangle != NONE {
-                let allowed = fixture.allowed(ray, hit.triangle as usize);
+            if cpu.triangle == hit.primitive && hit.primitive != NONE {
+                let allowed = fixture.allowed(ray, hit.primitive as usize);
                 let error = f64::from((cpu.distance - hit.distance).abs());
                 assert!(error <= allowed, "{ray:?}: {hit:?} against {cpu:?}");
                 let (ours, theirs) = (cpu.weights, glam::Vec2::from(hit.weights));
@@ -131,8 +131,8 @@ fn the_builder_s_own_walk_finds_the_same() {
                 intersect(origin, direction, corners).map_or(f32::INFINITY, |(distance, _)| distance as f32)
             },
         );
-        let distance = if hit.triangle == NONE { f32::INFINITY } else { hit.distance };
-        let allowed = if hit.triangle == NONE { 0.0 } else { fixture.allowed(ray, hit.triangle as usize) };
+        let distance = if hit.primitive == NONE { f32::INFINITY } else { hit.distance };
+        let allowed = if hit.primitive == NONE { 0.0 } else { fixture.allowed(ray, hit.primitive as usize) };
         same += usize::from(theirs.t == distance || f64::from((theirs.t - distance).abs()) <= allowed);
     }
     println!("{same} of {} the same", rays.len());
@@ -162,7 +162,7 @@ fn shadows_agree_with_the_closest_hit() {
     };
     let mut seen = [0; 3];
     for (ray, (hit, blocked)) in rays.iter().zip(answers(&fixture)) {
-        let expected = if hit.triangle == NONE { FREE } else { BLOCKED };
+        let expected = if hit.primitive == NONE { FREE } else { BLOCKED };
         assert_eq!(blocked, expected, "{ray:?}: {hit:?}");
         seen[blocked as usize] += 1;
     }
@@ -173,7 +173,7 @@ fn shadows_agree_with_the_closest_hit() {
     let fixture = Fixture::new(Stage::new(&scene, scene.rest().clone()));
     let (mut seen, mut same) = ([0; 3], 0);
     for (ray, (hit, blocked)) in rays.iter().zip(answers(&fixture)) {
-        assert_eq!(hit.triangle == NONE, blocked == FREE, "{ray:?}: {hit:?}");
+        assert_eq!(hit.primitive == NONE, blocked == FREE, "{ray:?}: {hit:?}");
         let (origin, direction) = (Vec3::from(ray.origin).as_dvec3(), Vec3::from(ray.direction).as_dvec3());
         let meets = |i: &usize| {
             intersect(origin, direction, fixture.corners(*i)).is_some_and(|(t, _)| t <= f64::from(ray.t_max))
@@ -203,9 +203,9 @@ fn a_ray_that_would_visit_too_many_nodes_is_cut() {
     let short = Ray { t_max: 50.0, ..ray };
     let hits = fixture.met(&[ray, short]);
     println!("{} nodes, depth {}: {hits:?}", fixture.cwbvh.bvh.node_count, fixture.cwbvh.depth);
-    assert_eq!((hits[0].triangle, hits[0].cut), (NONE, 1));
+    assert_eq!((hits[0].primitive, hits[0].cut), (NONE, 1));
     assert!(hits[0].visits <= MOST_VISITS);
-    assert_eq!((hits[1].triangle, hits[1].cut), (NONE, 0));
+    assert_eq!((hits[1].primitive, hits[1].cut), (NONE, 0));
     let twin = fixture.twin().closest(ray.origin.into(), ray.direction.into(), ray.t_max, NONE);
     assert_eq!((twin.visits, twin.cut), (MOST_VISITS, true));
 }

@@ -4,9 +4,9 @@ use super::super::reference::CpuCwbvh;
 use super::super::tree::Tree;
 use super::super::{Quality, STACK, Triangle, build, elements};
 use super::fixture::Fixture;
-use crate::bvh::rays::Ray;
 use crate::bvh::tests::fixture::{Stage, bumpy_ball, ray, soup};
 use crate::bvh::{BLOCKED, BvhParams, FREE, margin};
+use crate::rays::Ray;
 use frame::scene_gpu::GpuMesh;
 use glam::Vec3;
 use obvhs::cwbvh::CwBvh;
@@ -72,7 +72,7 @@ fn check(fixture: &Fixture) {
 fn boxes_hold_every_triangle_once_at_every_quality() {
     let mut fixture = Fixture::scene("courtyard");
     let rays = fixture.random_rays(500, 1);
-    let expected: Vec<_> = fixture.met(&rays).iter().map(|h| (h.triangle, h.distance, h.weights)).collect();
+    let expected: Vec<_> = fixture.met(&rays).iter().map(|h| (h.primitive, h.distance, h.weights)).collect();
     for quality in [Quality::Fast, Quality::Medium, Quality::Slow] {
         fixture.rebuild(quality);
         check(&fixture);
@@ -84,7 +84,7 @@ fn boxes_hold_every_triangle_once_at_every_quality() {
         );
         // The triangle's bits do not depend on the tree.
         assert!(
-            hits.iter().map(|h| (h.triangle, h.distance, h.weights)).eq(expected.iter().copied()),
+            hits.iter().map(|h| (h.primitive, h.distance, h.weights)).eq(expected.iter().copied()),
             "{quality:?}"
         );
     }
@@ -130,15 +130,15 @@ fn no_triangle_and_one() {
     let rays = [ray(Vec3::ZERO, Vec3::Z), ray(Vec3::ZERO, -Vec3::Z)];
     let fixture = Fixture::soup(&[]);
     for hit in fixture.met(&rays) {
-        assert_eq!((hit.triangle, hit.visits, hit.cut), (Ray::NO_TRIANGLE, 0, 0));
+        assert_eq!((hit.primitive, hit.visits, hit.cut), (Ray::NOTHING, 0, 0));
     }
     assert_eq!(fixture.blocked(&rays), [FREE; 2]);
     let fixture =
         Fixture::soup(&[[Vec3::new(-1.0, -1.0, 1.0), Vec3::new(3.0, -1.0, 1.0), Vec3::new(-1.0, 3.0, 1.0)]]);
     let hits = fixture.met(&rays);
-    assert_eq!((hits[0].triangle, hits[0].distance), (0, 1.0));
+    assert_eq!((hits[0].primitive, hits[0].distance), (0, 1.0));
     assert_eq!(fixture.blocked(&rays), [BLOCKED, FREE]);
-    assert_eq!((hits[1].triangle, hits[1].visits), (Ray::NO_TRIANGLE, 1));
+    assert_eq!((hits[1].primitive, hits[1].visits), (Ray::NOTHING, 1));
     check(&fixture);
 }
 
@@ -156,7 +156,7 @@ fn what_is_not_finite_is_not_met() {
     fixture.cwbvh = build(&fixture.gpu, &fixture.uploaded, &mesh, Quality::Medium).unwrap();
     assert_eq!(fixture.cwbvh.triangle_count, 2);
     let hit = fixture.met(&[ray(Vec3::ZERO, Vec3::Z)])[0];
-    assert_eq!((hit.triangle, hit.distance), (3, 4.0));
+    assert_eq!((hit.primitive, hit.distance), (3, 4.0));
     check_tree(&fixture.twin(), 5.0, &[3, 4]);
 }
 
@@ -169,7 +169,7 @@ fn points_and_needles_do_not_hurt() {
     for fixture in [point, Fixture::soup(&needles)] {
         check(&fixture);
         let rays = [ray(Vec3::ONE, -Vec3::ONE), ray(Vec3::X, Vec3::X), ray(Vec3::ZERO, Vec3::Z)];
-        assert!(fixture.met(&rays).iter().all(|hit| hit.triangle == Ray::NO_TRIANGLE));
+        assert!(fixture.met(&rays).iter().all(|hit| hit.primitive == Ray::NOTHING));
     }
 }
 

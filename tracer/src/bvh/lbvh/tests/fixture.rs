@@ -1,8 +1,8 @@
 //! The tree over triangles on the device, with how it was made, and a search without it.
 
 use super::super::{Lbvh, LbvhBuilder, WGSL};
-use crate::bvh::rays::{Met, Ray, RayBatch};
 use crate::bvh::tests::fixture::{Random, Stage, soup};
+use crate::rays::{Met, Ray, RayBatch};
 use frame::{FrameLog, Recorder};
 use glam::Vec3;
 use std::ops::Deref;
@@ -75,7 +75,7 @@ impl Planted {
         let mut recorder = Recorder::new(&stage.gpu);
         let lbvh = builder.build(&mut recorder, &stage.uploaded.mesh).unwrap();
         let log = recorder.finish().unwrap();
-        let [tree, all] = [WGSL, ALL_TRIANGLES_WGSL].map(|walk| RayBatch::new(&stage.gpu, walk).unwrap());
+        let [tree, all] = [WGSL, ALL_TRIANGLES_WGSL].map(|walk| RayBatch::of_bvh(&stage.gpu, walk).unwrap());
         Self { stage, builder, lbvh, log, tree, all }
     }
 
@@ -99,6 +99,6 @@ impl Planted {
             assert_eq!(Met { visits: 0, ..met[i] }, expected[i], "{ray:?}");
             assert_eq!(blocked[i], expected_blocked[i], "{ray:?}");
         }
-        met.iter().filter(|met| met.triangle != Ray::NO_TRIANGLE).count()
+        met.iter().filter(|met| met.primitive != Ray::NOTHING).count()
     }
 }

@@ -1,9 +1,9 @@
 //! What rays meet: against double precision and against all triangles.
 
 use super::fixture::{Planted, random_triangles};
-use crate::bvh::rays::{Met, Ray};
 use crate::bvh::tests::fixture::{Stage, soup};
 use crate::bvh::{BLOCKED, FREE, SHEETS};
+use crate::rays::{Met, Ray};
 
 #[test]
 fn meets_what_double_precision_meets() {
@@ -35,11 +35,11 @@ fn meets_what_a_search_without_boxes_meets() {
         assert!(hits > rays.len() / 4);
 
         let met = stage.met(&rays);
-        let hit: Vec<_> = rays.iter().zip(&met).filter(|(_, met)| met.triangle != Ray::NO_TRIANGLE).collect();
-        let skipping: Vec<_> = hit.iter().map(|(ray, met)| Ray { skip: met.triangle, ..**ray }).collect();
+        let hit: Vec<_> = rays.iter().zip(&met).filter(|(_, met)| met.primitive != Ray::NOTHING).collect();
+        let skipping: Vec<_> = hit.iter().map(|(ray, met)| Ray { skip: met.primitive, ..**ray }).collect();
         stage.compare(&skipping);
         for (next, (_, met)) in stage.met(&skipping).iter().zip(&hit) {
-            assert_ne!(next.triangle, met.triangle);
+            assert_ne!(next.primitive, met.primitive);
         }
         // The limit itself is still met, the float before it not.
         let reaching: Vec<_> = hit.iter().map(|(ray, met)| Ray { t_max: met.distance, ..**ray }).collect();
@@ -59,11 +59,11 @@ fn is_blocked_where_something_is_met() {
     rays.iter_mut().for_each(|ray| ray.t_max = 0.5);
     let met = stage.met(&rays);
     for (blocked, met) in stage.blocked(&rays).into_iter().zip(&met) {
-        assert_eq!(blocked, if met.triangle == Ray::NO_TRIANGLE { FREE } else { BLOCKED });
+        assert_eq!(blocked, if met.primitive == Ray::NOTHING { FREE } else { BLOCKED });
     }
     assert!(
-        met.iter().any(|met| met.triangle == Ray::NO_TRIANGLE)
-            && met.iter().any(|met| met.triangle != Ray::NO_TRIANGLE)
+        met.iter().any(|met| met.primitive == Ray::NOTHING)
+            && met.iter().any(|met| met.primitive != Ray::NOTHING)
     );
 
     let mixed = Planted::new(Stage::of(soup(&random_triangles(60, 0.6), 2)));

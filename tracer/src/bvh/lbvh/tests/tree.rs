@@ -1,9 +1,9 @@
 //! Every triangle once, every box around its triangles, no way too long, the same bits again.
 
 use super::fixture::{Planted, random_triangles};
-use crate::bvh::rays::Ray;
 use crate::bvh::tests::fixture::{Random, Stage, ray, soup};
 use crate::bvh::{FARTHEST_M, margin};
+use crate::rays::Ray;
 use frame::Recorder;
 use glam::Vec3;
 use scene::Aabb;
@@ -177,9 +177,9 @@ fn meets_the_first_of_equal_triangles() {
     Tree::of(&stage).checked();
     let rays = [ray(Vec3::new(0.2, 0.3, 1.0), Vec3::NEG_Z), ray(Vec3::new(0.2, 0.3, -1.0), Vec3::Z)];
     let met = stage.met(&rays);
-    assert!(met.iter().all(|met| (met.triangle, met.distance) == (0, 1.0)), "{met:?}");
+    assert!(met.iter().all(|met| (met.primitive, met.distance) == (0, 1.0)), "{met:?}");
     let without_first = rays.map(|ray| Ray { skip: 0, ..ray });
-    assert!(stage.met(&without_first).iter().all(|met| met.triangle == 1));
+    assert!(stage.met(&without_first).iter().all(|met| met.primitive == 1));
 }
 
 /// What is no number, and what is no area, is never met, and all else is as if it were not there.
@@ -199,7 +199,7 @@ fn bears_broken_triangles() {
     let rays: Vec<_> = (0..4000).map(|_| ray(random.point(), random.direction())).collect();
     assert!(stage.compare(&rays) > 2000);
     let broken = |n: u32| (100..500).contains(&n) && n % 100 < 4;
-    assert!(stage.met(&rays).iter().all(|met| !broken(met.triangle)));
+    assert!(stage.met(&rays).iter().all(|met| !broken(met.primitive)));
     // Nothing but broken ones, below and above a leaf's size.
     for count in [3, 40] {
         let stage = Planted::soup(&vec![[Vec3::splat(f32::NAN); 3]; count]);

@@ -1,0 +1,4 @@
+//! Rays with a known answer.
+#![allow(clippy::unwrap_used)]
+
+use super::*;
