@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::Gather;
+use crate::LightList;
 use crate::bvh::cwbvh::Cwbvh;
 use crate::bvh::lbvh::Lbvh;
 use crate::bvh::tests::fixture::{Stage, soup};
@@ -65,6 +66,7 @@ impl Seen {
         tracer.resize(gpu, uploaded, SIZE, settings).unwrap();
         let mut recorder = Recorder::new(gpu);
         let uniform = recorder.uniform(&self.frame.uniform());
+        let lights = LightList::of_triangles(gpu, uploaded, &uploaded.mesh).unwrap();
         // Only what is asked for is there.
         let world = World {
             scene: uploaded,
@@ -72,6 +74,8 @@ impl Seen {
             grid: None,
             lbvh: (search == Search::Lbvh).then_some(&*self.lbvh),
             cwbvh: (search == Search::Cwbvh).then_some(&self.cwbvh.bvh),
+            grid_lights: None,
+            triangle_lights: Some(&lights),
         };
         let light = tracer.trace(&mut recorder, &self.frame, &uniform, world, &self.gbuffer, settings);
         recorder.finish().unwrap();
