@@ -7,7 +7,7 @@
 
 use crate::path::Searched;
 use crate::path::camera::{CameraPaths, Resources};
-use crate::{PathSettings, Search, World, bvh, bvh_trace, voxel_trace};
+use crate::{PathSettings, Search, World, bvh_trace, voxel_trace};
 use frame::scene_gpu::GpuScene;
 use frame::{Gpu, GpuError, Recorder, Uniform};
 use std::ops::Range;
@@ -85,7 +85,7 @@ impl Converger {
         let of_camera = of_bvh(self.of_camera);
         let (of_paths, worst_case) = match (self.search, world.grid) {
             (Search::Grid, Some(grid)) => (grid.resources().to_vec(), voxel_trace::worst_case(grid)),
-            _ => (of_camera.clone(), bvh::MOST_VISITS),
+            _ => (of_camera.clone(), bvh_trace::worst_case(self.search)),
         };
         let Some(lights) = world.lights(self.search) else {
             unreachable!("they stand with the structure");

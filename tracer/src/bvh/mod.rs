@@ -10,7 +10,8 @@
 //!
 //! Both use the ray and the triangle test of [`RAY_WGSL`], with one order of operands, so that they return the same
 //! triangle, distance and weights to the bit. That holds if no box hides what its triangles would show: every box a
-//! builder makes is grown by [`margin`] on each side, more than the rounding of the slab test and of a distance.
+//! builder makes is grown by [`margin`] on each side, more than the rounding of a distance, and is taken to be entered
+//! earlier by a share of the way there, more than the rounding of the slab test.
 //! Of equally distant triangles the lower number wins, whatever the order of the walk. A ray visits at most 4,096
 //! nodes; `cut` says that it wanted more.
 //!

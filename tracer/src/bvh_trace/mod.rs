@@ -36,6 +36,14 @@ pub(crate) fn structure(search: Search) -> Structure {
     }
 }
 
+/// Most loop iterations of one ray.
+pub(crate) fn worst_case(search: Search) -> u32 {
+    match search {
+        Search::Lbvh => lbvh::WORST_CASE_LOOPS,
+        _ => cwbvh::WORST_CASE_LOOPS,
+    }
+}
+
 /// What [`structure`] binds.
 pub(crate) fn resources<'a>(
     scene: &'a GpuScene,
@@ -100,7 +108,7 @@ impl Tracer for BvhTracer {
             unreachable!("the pipeline builds what every tracer says it searches");
         };
         let resources = resources(world.scene, world.mesh, bvh);
-        let searched = Searched { resources: &resources, worst_case: bvh::MOST_VISITS, lights };
+        let searched = Searched { resources: &resources, worst_case: worst_case(self.search), lights };
         self.paths.trace(recorder, uniform, world.scene, searched, frame, gbuffer, paths)
     }
 }

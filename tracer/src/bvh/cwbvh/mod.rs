@@ -36,6 +36,10 @@ pub const STACK: u32 = stack!();
 /// `bvh_closest`, `bvh_blocked`; after [`super::RAY_WGSL`].
 pub const WGSL: &str = concat!("const CWBVH_STACK = ", stack!(), "u;\n", include_str!("cwbvh.inc.wgsl"));
 
+/// Loop iterations of a ray that visits as many nodes as a ray may and tests two triangles at each, three times what rays do in
+/// any scene measured. One that wants more, on a driver that ends loops, is counted as cut.
+pub const WORST_CASE_LOOPS: u32 = super::MOST_VISITS * 5;
+
 /// How long the builder may look for a better tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {

@@ -5,7 +5,7 @@ use crate::bvh::{BLOCKED, cwbvh, lbvh};
 use crate::rays::{Met, Ray, RayBatch};
 use glam::Vec3;
 
-/// A ball, and how both structures answer the same rays.
+/// A ball of about 1 m.
 struct Ball {
     stage: Stage,
     triangles: Vec<[Vec3; 3]>,
@@ -17,6 +17,7 @@ impl Ball {
         Self { stage: Stage::of(soup(&triangles, 0)), triangles }
     }
 
+    /// What each structure says that rays meet, and whether they are blocked.
     fn answers(&self, rays: &[Ray]) -> [(&'static str, Vec<Met>, Vec<u32>); 2] {
         let stage = &self.stage;
         let [lbvh, cwbvh] = [&*stage.lbvh(), &stage.cwbvh().bvh];
@@ -71,7 +72,6 @@ fn no_ray_from_outside_reaches_the_far_side() {
             ray_through(origin, a.as_dvec3().lerp(b.as_dvec3(), random.below(5) as f64 / 4.0))
         })
         .collect();
-    // From afar a rounded direction may pass beside an edge of the silhouette; none may pass through the ball.
     for (name, met, _) in ball.answers(&rays) {
         for (ray, met) in rays.iter().zip(&met) {
             let point = Vec3::from(ray.origin) + met.distance * Vec3::from(ray.direction);

@@ -185,7 +185,7 @@ impl Stage {
         let awkward = |i: usize| {
             let triangle = random.below(self.geometry.triangles.len());
             let [a, b, c] = self.corners(triangle);
-            let on_it = [a, b.midpoint(a), (a + b + c) / 3.0][random.below(3)];
+            let on_it = [a, a.midpoint(b), (a + b + c) / 3.0][random.below(3)];
             let axis = Vec3::AXES[random.below(3)] * [1.0, -1.0][random.below(2)];
             let mut flat = random.direction();
             flat[random.below(3)] = [0.0, -0.0, 1e-30, -1e-12][random.below(4)];
@@ -197,13 +197,13 @@ impl Stage {
                 2 => ray(on_it, axis),
                 3 => ray(on_it, flat),
                 4 => ray(on_it, along),
-                // From beside it, so that its plane is seen from the edge.
+                // From beside it, so that it is seen from its edge.
                 5 => ray(on_it - random.unit() * size * along, along),
                 6 => ray(on_it - 2.0 * size * axis, axis),
                 _ => ray_through(on_it + 2.0 * size * random.unit() * random.direction(), on_it.as_dvec3()),
             };
-            let t_max = if i % 3 == 0 { size * random.unit() } else { FAR_M };
-            let skip = if i % 5 == 0 { triangle as u32 } else { Ray::NOTHING };
+            let t_max = if i.is_multiple_of(3) { size * random.unit() } else { FAR_M };
+            let skip = if i.is_multiple_of(5) { triangle as u32 } else { Ray::NOTHING };
             Ray { t_max, skip, ..begun }
         };
         (0..count).map(awkward).collect()
