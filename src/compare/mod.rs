@@ -319,7 +319,8 @@ fn errors(reference: &Color, test: &Color) -> Errors {
     }
 }
 
-/// Letters and digits of a configuration, the rest as one underscore each.
+/// Letters and digits of a configuration, the rest as one underscore each; a long one ends in a name for all of it, for
+/// file systems take 255 bytes.
 fn file_stem(id: &str) -> String {
     let mut stem = String::new();
     for c in id.chars() {
@@ -329,8 +330,17 @@ fn file_stem(id: &str) -> String {
             false => {}
         }
     }
-    stem.trim_end_matches('_').to_owned()
+    let stem = stem.trim_matches('_');
+    match stem.get(..MOST_STEM) {
+        Some(head) if stem.len() > MOST_STEM => {
+            format!("{head}_{:016x}", xxhash_rust::xxh3::xxh3_64(id.as_bytes()))
+        }
+        _ => stem.to_owned(),
+    }
 }
+
+/// Letters of a file name before it is cut.
+const MOST_STEM: usize = 120;
 
 /// Where references are kept when nobody says: the user's cache folder, else the system's scratch.
 pub fn default_cache() -> PathBuf {
@@ -349,5 +359,7 @@ mod tests {
             file_stem("voxel + five_phase + nearest, 4 spp, grid 256"),
             "voxel_five_phase_nearest_4_spp_grid_256"
         );
+        let [a, b] = ["1", "2"].map(|end| file_stem(&("x".repeat(300) + end)));
+        assert!(a.len() < 200 && a != b, "{a} {b}");
     }
 }

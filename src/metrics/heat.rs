@@ -7,10 +7,13 @@ use frame::surface::linear_from_srgb;
 /// pale yellow, the map FLIP's authors use. The colours are linear, like every picture here: the PNG writer's sRGB curve
 /// brings the map's own codes back.
 pub fn magma(errors: &Image<f32>) -> Image<[f32; 3]> {
-    errors.map(|error| {
-        let color = colorous::MAGMA.eval_continuous(f64::from(error));
-        [color.r, color.g, color.b].map(|code| linear_from_srgb(f32::from(code) / 255.0))
-    })
+    errors.map(magma_color)
+}
+
+/// One value of [`magma`].
+pub fn magma_color(error: f32) -> [f32; 3] {
+    let color = colorous::MAGMA.eval_continuous(f64::from(error));
+    [color.r, color.g, color.b].map(|code| linear_from_srgb(f32::from(code) / 255.0))
 }
 
 #[cfg(test)]

@@ -32,7 +32,7 @@ mod ssim;
 mod temporal;
 
 pub use display::psnr;
-pub use heat::magma;
+pub use heat::{magma, magma_color};
 pub use radiance::{bias, excess_rel_mse, rel_mse, rmse, smape, worst_tile};
 pub use ssim::ssim;
 pub use temporal::{Consecutive, Temporal};
