@@ -1,56 +1,8 @@
 //! Does the command line keep its contract: exit codes, messages, files, the log's fields?
 
+use crate::support::{Scratch, ends, gridlight, text};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-/// Runs the program to its end.
-fn gridlight(line: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_gridlight"));
-    // Without one the software driver has words of its own on stderr.
-    command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
-    command.args(line.split_whitespace()).output().unwrap()
-}
-
-/// A folder of one test, not there yet, gone when dropped.
-struct Scratch(PathBuf);
-
-impl Scratch {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("gridlight-{name}-{}", std::process::id()));
-        let _ = std::fs::remove_dir_all(&path);
-        Self(path)
-    }
-
-    fn path(&self) -> &Path {
-        &self.0
-    }
-
-    /// Names of the files in it, sorted.
-    fn files(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(&self.0).unwrap();
-        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
-
-#[track_caller]
-fn ends(output: &Output, code: i32, part: &str) {
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{stderr}");
-    assert!(stderr.contains(part), "\"{part}\" is not in: {stderr}");
-}
 
 #[test]
 fn wrong_usage_is_2() {

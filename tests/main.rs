@@ -5,8 +5,10 @@
 #[path = "report_browser.rs"]
 mod browser;
 mod cli;
+mod compare;
 mod furnace;
 mod metrics;
 mod radiometry;
+mod references;
 mod scenes;
 mod support;

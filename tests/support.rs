@@ -1,10 +1,11 @@
-//! What several questions share: a render on the adapter there is, reference images, shared folders.
+//! What several questions share: a render on the adapter there is, the program, reference images, folders.
 
 use frame::Gpu;
 use frame::cpu::Image;
 use gridlight::pipeline::{Pipeline, Rendered};
 use gridlight::{Progress, RenderSettings, input, output};
 use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
 
 /// Linear RGB.
 pub type Picture = Image<[f32; 3]>;
@@ -85,4 +86,56 @@ pub fn shared(folder: &str) -> Option<PathBuf> {
         return None;
     }
     Some(path)
+}
+
+/// Runs the program to its end.
+pub fn gridlight(line: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gridlight"));
+    // Without one the software driver has words of its own on stderr.
+    command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
+    command.args(line.split_whitespace()).output().unwrap()
+}
+
+/// A folder of one test, not there yet, gone when dropped.
+pub struct Scratch(PathBuf);
+
+impl Scratch {
+    /// Empties the place.
+    pub fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("gridlight-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&path);
+        Self(path)
+    }
+
+    /// Where.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Names of the files in it, sorted.
+    pub fn files(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(&self.0).unwrap();
+        let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// What a program said.
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// Fails unless the program ended with this code, and these words on stderr.
+#[track_caller]
+pub fn ends(output: &Output, code: i32, part: &str) {
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{stderr}");
+    assert!(stderr.contains(part), "\"{part}\" is not in: {stderr}");
 }

@@ -87,12 +87,12 @@ pub fn run(comparison: &Comparison, gpu: Gpu, progress: &Progress) -> Result<Rep
         });
     }
     let combinations = comparison.lists.combinations(&comparison.base, comparison.shard);
-    output::folder(&comparison.out)?;
     let adapter = format!("{} ({} {})", gpu.info.name, gpu.info.driver, gpu.info.driver_info);
     let Some(first) = combinations.first() else {
         return Err(Error::NothingToCompare { index: comparison.shard.index, count: comparison.shard.count });
     };
     let mut pipeline = Pipeline::new(gpu, first, Progress::default())?;
+    output::folder(&comparison.out)?;
     let references = references(comparison, &combinations, &mut pipeline, progress)?;
 
     let mut rows = Vec::new();

@@ -128,7 +128,8 @@ pub fn key_name(key: &Value) -> String {
 }
 
 /// Converges in `folder`, going on from what an earlier run of the same settings left there. Leaves `reference.exr`,
-/// `stderr.exr`, `log.json` and `reference.state`, each whole at every moment.
+/// `stderr.exr`, `log.json` and `reference.state`, each whole at every moment; where the goal is reached already, nothing
+/// is written.
 ///
 /// # Errors
 /// What lies there belongs to something else or is broken, the device fails, or a file cannot be written.
@@ -151,12 +152,16 @@ pub fn run(pipeline: &mut Pipeline, search: Search, goal: Goal, folder: &Path) -
             strange: moments.strange(),
         }
     };
+    let reference = |moments: &Moments| Reference {
+        mean: moments.mean(),
+        standard_error: moments.standard_error(),
+        summary: summary(moments),
+    };
+    if resumed_spp > 0 && goal.is_reached(&moments, begun) {
+        return Ok(reference(&moments));
+    }
     let save = |pipeline: &Pipeline, moments: &Moments| -> Result<Reference, Error> {
-        let reference = Reference {
-            mean: moments.mean(),
-            standard_error: moments.standard_error(),
-            summary: summary(moments),
-        };
+        let reference = reference(moments);
         let log = Log {
             adapter: Adapter::of(pipeline.gpu()),
             settings: pipeline.settings(),
@@ -165,27 +170,26 @@ pub fn run(pipeline: &mut Pipeline, search: Search, goal: Goal, folder: &Path) -
         };
         let text = serde_json::to_string_pretty(&log)
             .map_err(|e| Error::Write { path: folder.join("log.json"), message: e.to_string() })?;
-        state::write(&state_path, &key, moments)?;
         output::color_exr(&folder.join("reference.exr"), &reference.mean)?;
         output::color_exr(&folder.join("stderr.exr"), &reference.standard_error)?;
         output::write(&folder.join("log.json"), (text + "\n").as_bytes())?;
+        // Last: a state that has reached a goal stands beside pictures that have.
+        state::write(&state_path, &key, moments)?;
         Ok(reference)
     };
 
+    let mut sampler = pipeline.sampler(search)?;
     let mut saved = Instant::now();
-    if !goal.is_reached(&moments, begun) {
-        let mut sampler = pipeline.sampler(search)?;
-        while !goal.is_reached(&moments, begun) {
-            // Chunks end at multiples of CHUNK wherever a run began.
-            let first = u32::try_from(moments.count).unwrap_or(u32::MAX);
-            let end = (first / CHUNK + 1).saturating_mul(CHUNK).min(goal.spp);
-            pipeline.sample(&mut sampler, first..end, &mut moments)?;
-            if saved.elapsed() >= CHECKPOINT {
-                save(pipeline, &moments)?;
-                saved = Instant::now();
-            }
-            pipeline.progress().report("converging", end as f32 / goal.spp as f32);
+    while !goal.is_reached(&moments, begun) {
+        // Chunks end at multiples of CHUNK wherever a run began.
+        let first = u32::try_from(moments.count).unwrap_or(u32::MAX);
+        let end = (first / CHUNK + 1).saturating_mul(CHUNK).min(goal.spp);
+        pipeline.sample(&mut sampler, first..end, &mut moments)?;
+        if saved.elapsed() >= CHECKPOINT {
+            save(pipeline, &moments)?;
+            saved = Instant::now();
         }
+        pipeline.progress().report("converging", end as f32 / goal.spp as f32);
     }
     save(pipeline, &moments)
 }

@@ -1,4 +1,7 @@
 //! Sums over samples per pixel and channel, in f64, and what they say: the mean, and how sure it is.
+//!
+//! The standard error is that of independent samples. Paths stratify their first direction over the samples, which their
+//! spread does not show: the mean is at least as sure as is said (in the Cornell box the true error is 0.8 of it).
 
 use frame::cpu::Image;
 use std::ops::Range;

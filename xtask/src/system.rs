@@ -1,5 +1,5 @@
-//! What the system must have: a graphics adapter for everything; an X server for the window's test and a browser for
-//! the report's, where all checks run.
+//! What the system must have: a graphics adapter for everything, an X server for the window's test where all checks
+//! run. A browser for the report's test is wanted there, and done without where none can be had.
 
 use crate::run::{Failure, cargo, run, say};
 use std::path::Path;
@@ -88,18 +88,26 @@ pub fn window() -> Result<(), Failure> {
     install(WINDOW)
 }
 
-/// Makes sure there is a browser, by one of the names that the report's test looks for or by its variable.
+/// Looks for a browser, by the variable or one of the names by which the report's test finds it, and tries to install
+/// one where there is none.
 pub fn browser() -> Result<(), Failure> {
-    if std::env::var_os("GRIDLIGHT_BROWSER").is_some() || BROWSERS.iter().any(|name| has(name)) {
+    let is_there =
+        || std::env::var_os("GRIDLIGHT_BROWSER").is_some() || BROWSERS.iter().any(|name| has(name));
+    if is_there() {
         return Ok(());
     }
     if !has("apt-get") {
         return Err(Failure::new(
-            "the report's test needs Chromium or Chrome; install it, or name it in GRIDLIGHT_BROWSER, and try again",
+            "no browser: the report's test needs Chromium or Chrome, or one named in GRIDLIGHT_BROWSER",
         ));
     }
     say(&format!("installing what the report's test needs: {}", BROWSER.join(" ")));
     install(BROWSER)
+        .map_err(|failure| Failure::new(format!("no browser, and none can be installed ({failure})")))?;
+    match is_there() {
+        true => Ok(()),
+        false => Err(Failure::new(format!("no browser, even after installing {}", BROWSER.join(" ")))),
+    }
 }
 
 /// Whether a program is on the path.
