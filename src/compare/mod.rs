@@ -7,6 +7,7 @@
 //! **Error.** The last of these frames, against two converged references at display size: triangles (the true error)
 //! and the same voxels (what sampling and filtering did). References are cached by the content of the scene and of
 //! every setting that decides them.
+//! **Alone.** Voxels race BVHs over single rays ([`crate::race`]), and are asked what they get wrong ([`crate::defects`]).
 //! **Equal time.** Beside every filtered row stands plain path tracing by the same tracer, given as many samples as fit
 //! that row's time.
 
@@ -21,7 +22,7 @@ use crate::reference::{self, Goal};
 use crate::report::{
     Errors, Facts, Picture, Reference, ReferenceInfo, Report, Row, Shard, StageTimes, Timing, heat_map,
 };
-use crate::{Error, Progress, RenderSettings, output};
+use crate::{Error, Progress, RenderSettings, defects, output, race};
 use frame::cpu::Image;
 use frame::{FrameLog, Gpu};
 use plan::traces_voxels;
@@ -118,9 +119,25 @@ pub fn run(comparison: &Comparison, gpu: Gpu, progress: &Progress) -> Result<Rep
         trace_size: comparison.base.trace_size,
         display_size: comparison.base.display_size,
     };
-    let report = Report::new(facts, references.infos, rows, pictures);
+    let mut report = Report::new(facts, references.infos, rows, pictures);
+    alone(&combinations, &mut pipeline, &mut report)?;
     report.write(&comparison.out)?;
     Ok(report)
+}
+
+/// Adds what is measured without whole frames, for every grid that was compared: its defects, and of the first of them the
+/// race over single rays.
+fn alone(combinations: &[RenderSettings], pipeline: &mut Pipeline, report: &mut Report) -> Result<(), Error> {
+    let grids: BTreeMap<u32, &RenderSettings> =
+        combinations.iter().filter(|s| traces_voxels(&s.tracer)).map(|s| (s.grid, s)).rev().collect();
+    for settings in grids.into_values() {
+        pipeline.change(settings)?;
+        if report.race.is_none() {
+            report.race = Some(race::run(pipeline)?);
+        }
+        report.defects.push(defects::run(pipeline)?);
+    }
+    Ok(())
 }
 
 /// Converges, or finds in the cache, triangles and the voxels of every grid that is compared.

@@ -1,7 +1,7 @@
 //! `report.md`: the answers and one table, for a pull request.
 
 use super::sentences::{self, percent, significant};
-use super::{Reference, Report, Row};
+use super::{Reference, Report, Row, tables};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -22,6 +22,9 @@ pub fn text(report: &Report) -> String {
     text += "\nTimes are medians of whole frames, ± half the distance between quartiles. relMSE has epsilon 0.01. The \
              price of voxels is the share of the squared error that is the gap between converged voxels and converged \
              triangles.\n";
+    for measured in tables::of(report.race.as_ref(), &report.defects) {
+        small_table(&mut text, &measured);
+    }
     for r in &report.references {
         let grid = r.grid.map(|g| format!(", grid {g}")).unwrap_or_default();
         let noise =
@@ -71,6 +74,17 @@ fn table(text: &mut String, report: &Report) {
     }
 }
 
+/// Names to the left, numbers to the right.
+fn small_table(text: &mut String, table: &tables::Table) {
+    let _ = write!(text, "\n## {}\n\n{}\n\n", table.title, plain(&table.sentence));
+    let _ = writeln!(text, "| {} |", table.head.join(" | "));
+    let _ = writeln!(text, "| --- |{}", " ---: |".repeat(table.head.len().saturating_sub(1)));
+    for row in &table.rows {
+        let cells: Vec<String> = row.iter().map(|cell| plain(cell)).collect();
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
+    }
+}
+
 /// Text with nothing in it that Markdown or the HTML within it would act on.
 fn plain(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -96,6 +110,15 @@ mod tests {
     fn a_hostile_name_stays_text() {
         let text = text(&synthetic::report("a|b\n# [x](javascript:1) <script>"));
         assert!(text.starts_with("# a\\|b \\# \\[x\\](javascript:1) &lt;script>: speed"), "{text}");
+    }
+
+    #[test]
+    fn what_was_measured_beside_frames_has_a_table_each() {
+        let report = synthetic::report("cornell");
+        let text =
+            text(&Report { race: Some(synthetic::race()), defects: vec![synthetic::defects(256)], ..report });
+        assert!(text.contains("\n| secondary, bvh_lbvh | 0.150 |"), "{text}");
+        assert!(text.contains("\n| grid 256 | 0.0400 |"), "{text}");
     }
 
     #[test]

@@ -5,7 +5,9 @@
 //! shared: one that turns up twice is refused.
 
 use super::{Facts, Picture, ReferenceInfo, Report};
+use crate::defects::Defects;
 use crate::{Error, output};
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::path::{Component, Path, PathBuf};
 
@@ -95,8 +97,10 @@ pub fn merge(out: &Path, folders: &[PathBuf]) -> Result<Report, Error> {
         }
         joined.push(picture);
     }
+    let race = shards.iter().find_map(|shard| shard.report.race.clone());
+    let defects = defects(&shards);
     let rows = shards.into_iter().flat_map(|shard| shard.report.rows).collect();
-    let report = Report::new(facts, references, rows, joined);
+    let report = Report { race, defects, ..Report::new(facts, references, rows, joined) };
     report.write(out)?;
     Ok(report)
 }
@@ -135,6 +139,15 @@ fn references(shards: &[Shard]) -> Result<Vec<ReferenceInfo>, MergeError> {
         }
     }
     Ok(all.into_iter().map(|(_, info)| info.clone()).collect())
+}
+
+/// Those of each grid once, from the first shard that has them: they hold noise and times of their own run.
+fn defects(shards: &[Shard]) -> Vec<Defects> {
+    let mut by_grid = BTreeMap::new();
+    for defects in shards.iter().flat_map(|shard| &shard.report.defects) {
+        by_grid.entry(defects.grid).or_insert_with(|| defects.clone());
+    }
+    by_grid.into_values().collect()
 }
 
 fn refuse_duplicates(shards: &[Shard]) -> Result<(), MergeError> {
@@ -250,6 +263,21 @@ mod tests {
             let [ours, theirs] = [&out, &whole].map(|folder| std::fs::read(folder.join(file)).unwrap());
             assert!(ours == theirs, "{file} is not what one run wrote");
         }
+    }
+
+    #[test]
+    fn race_and_defects_come_from_the_first_shard_that_has_them() {
+        let scratch = Scratch::new("merge-race");
+        let (_, parts) = shards(&scratch);
+        edit(&parts[0], |report| report.defects = vec![synthetic::defects(256)]);
+        edit(&parts[1], |report| {
+            report.race = Some(synthetic::race());
+            let other = Defects { flicker_voxels: 9.0, ..synthetic::defects(256) };
+            report.defects = vec![synthetic::defects(128), other];
+        });
+        let merged = merge(&scratch.path().join("out"), &parts).unwrap();
+        assert_eq!(merged.race, Some(synthetic::race()));
+        assert_eq!(merged.defects, [synthetic::defects(128), synthetic::defects(256)]);
     }
 
     /// What is changed in a shard.

@@ -16,6 +16,7 @@ mod sentences;
 mod shard;
 #[cfg(test)]
 mod synthetic;
+mod tables;
 
 pub use answers::{Answers, Entrant, EqualError, EqualTime, Point, Race, TimeToError, VoxelPrice};
 pub use heat::{HEAT_DECADES, heat_map};
@@ -23,6 +24,8 @@ pub use merge::{MergeError, merge, read};
 pub use row::{Errors, Reference, Row, RowKey, StageTimes, Timing};
 pub use shard::Shard;
 
+use crate::defects::Defects;
+use crate::race::RayRace;
 use crate::{Error, output};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -41,6 +44,12 @@ pub struct Report {
     pub pictures: Vec<Picture>,
     /// What the rows say.
     pub answers: Answers,
+    /// Tracing alone, if it was measured.
+    #[serde(default)]
+    pub race: Option<RayRace>,
+    /// What voxels get wrong, one per grid that was measured.
+    #[serde(default)]
+    pub defects: Vec<Defects>,
 }
 
 /// What a comparison was made by and from.
@@ -89,7 +98,7 @@ pub struct Picture {
 }
 
 impl Report {
-    /// Sorts, and answers what the rows can answer.
+    /// Sorts, and answers what the rows can answer. Race and defects are the caller's to add.
     pub fn new(
         facts: Facts,
         mut references: Vec<ReferenceInfo>,
@@ -100,7 +109,7 @@ impl Report {
         rows.sort_by(|a, b| a.key().cmp(&b.key()));
         pictures.sort_by(|a, b| (!a.reference, &a.id).cmp(&(!b.reference, &b.id)));
         let answers = Answers::of(&rows, &references);
-        Self { facts, references, rows, pictures, answers }
+        Self { facts, references, rows, pictures, answers, race: None, defects: Vec::new() }
     }
 
     /// Writes `rows.csv`, `rows.json`, `report.md` and `report.html`; the pictures must lie in `folder` already.

@@ -4,7 +4,7 @@
 //! of a type that browsers do not run, with every `<` written as `\u003c`, so that nothing in it can end the block; the
 //! script puts text into the page as text only.
 
-use super::{Report, merge, sentences};
+use super::{Report, merge, sentences, tables};
 use crate::Error;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -15,19 +15,21 @@ use std::path::Path;
 const TEMPLATE: &str = include_str!("html/report.html");
 const STYLE: &str = include_str!("html/report.css");
 /// In order: each may use what those before it define.
-const SCRIPTS: [&str; 6] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("html/page.js"),
     include_str!("html/facts.js"),
     include_str!("html/pictures.js"),
     include_str!("html/axes.js"),
     include_str!("html/curves.js"),
     include_str!("html/table.js"),
+    include_str!("html/measured.js"),
 ];
 
 #[derive(Serialize)]
 struct Data<'a> {
     report: &'a Report,
     sentences: Vec<String>,
+    tables: Vec<tables::Table>,
     /// File to `data:` address.
     images: BTreeMap<&'a str, String>,
 }
@@ -44,7 +46,8 @@ pub fn text(report: &Report, folder: &Path) -> Result<String, Error> {
         let png = merge::bytes(folder, file)?;
         images.insert(file.as_str(), format!("data:image/png;base64,{}", STANDARD.encode(png)));
     }
-    let data = Data { report, sentences: sentences::of(&report.answers), images };
+    let tables = tables::of(report.race.as_ref(), &report.defects);
+    let data = Data { report, sentences: sentences::of(&report.answers), tables, images };
     let data = serde_json::to_string(&data)
         .map_err(|e| Error::Write { path: folder.join("report.html"), message: e.to_string() })?;
     Ok(fill(TEMPLATE, |hole| match hole {

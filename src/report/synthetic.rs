@@ -1,6 +1,8 @@
 //! Made-up rows and pictures with known numbers, for the tests of this folder.
 
 use super::{Errors, Facts, Picture, Reference, ReferenceInfo, Report, Row, Shard, StageTimes, Timing};
+use crate::defects::Defects;
+use crate::race::{Entrant, Heat, RayRace};
 use std::path::{Path, PathBuf};
 
 /// A row that was neither timed nor measured.
@@ -56,6 +58,35 @@ pub fn voxel_reference(grid: u32, gap_rmse: f64) -> ReferenceInfo {
         noise_rel_mse: Some(1e-5),
         gap_rmse: Some(gap_rmse),
         file: "reference_voxel_256.png".into(),
+    }
+}
+
+/// Voxels that are 2.5 times as fast as one rival and 6 times as fast as the other.
+pub fn race() -> RayRace {
+    let heat = |mrays_per_s: f64, hit_share| Heat {
+        rays: 76_800,
+        entrants: [("voxel", 1.0), ("bvh_cwbvh", 2.5), ("bvh_lbvh", 6.0)]
+            .map(|(structure, times)| Entrant {
+                structure: structure.into(),
+                mrays_per_s: Some(mrays_per_s / times),
+                voxels_times_as_fast: Some(times),
+                visits_per_ray: 17.0,
+                hit_share,
+            })
+            .into(),
+    };
+    RayRace { grid: 256, primary: heat(1.0, 0.98), secondary: heat(0.9, 0.97) }
+}
+
+/// Of a grid.
+pub fn defects(grid: u32) -> Defects {
+    Defects {
+        grid,
+        leaked: [0.04, 0.01, 0.0],
+        silhouette_error: 0.02,
+        brightness: [0.98, 0.99],
+        missed_per_million: 120.0,
+        flicker_voxels: 0.2,
     }
 }
 

@@ -81,7 +81,8 @@ pub enum GpuError {
     },
 }
 
-/// A device and its queue, shared by every stage.
+/// A device and its queue, shared by every stage. A clone is the same device, and its bytes are counted with it.
+#[derive(Clone)]
 pub struct Gpu {
     /// wgpu's device; resources are made through [`Gpu::buffer`] and [`Gpu::texture`] so that they are counted.
     pub device: wgpu::Device,

@@ -12,6 +12,7 @@ mod furnace;
 mod glass;
 mod part;
 mod relief;
+pub mod sealed;
 mod shapes;
 mod spheres;
 #[cfg(test)]
