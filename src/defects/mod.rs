@@ -20,6 +20,7 @@ use glam::Vec2;
 use rays::{Pair, flicker_voxels, missed_per_million, silhouette_error};
 use serde::{Deserialize, Serialize};
 use tracer::Search;
+use tracer::rays::{Met, Ray};
 
 /// Paths per pixel of the renders that brightness is measured on: the mean over all pixels hardly needs more.
 const SPP: u32 = 2;
@@ -34,14 +35,14 @@ pub struct Defects {
     /// Radiance inside closed boxes over radiance of their lit outside, ratio, for walls of one, two and three voxels
     /// ([`leak`]); the same for every scene and grid, for the boxes bring their own.
     pub leaked: [f64; 3],
-    /// Share of the view's rays, 0..1, for which triangles and voxels disagree whether there is anything, or whose
-    /// distances differ by more than two voxels.
+    /// Share of the view's rays, 0..1, for which triangles and voxels disagree whether there is anything, or
+    /// meet it more than two voxels apart along the triangle's normal.
     pub silhouette_error: f64,
     /// Mean luminance of a render through voxels over one through triangles, ratio, at half the grid and at the grid: two
     /// paths per pixel, no filter.
     pub brightness: [f64; 2],
-    /// Of a million rays that meet a triangle, how many meet no voxel up to two voxels behind it: rays of the view and rays
-    /// that go on from what it sees.
+    /// Of a million rays that meet a triangle, how many meet no voxel up to two voxels behind it, along its normal: rays
+    /// of the view and rays that go on from what it sees. Triangles count as solid, so that holes of masks are missed, too.
     pub missed_per_million: f64,
     /// Mean change of a ray's voxel distance beyond that of its triangle distance when the camera turns by a quarter of a
     /// pixel, voxels; jumps count as at most two, and rays whose triangle jumps are left out.
@@ -59,14 +60,20 @@ pub fn run(pipeline: &mut Pipeline) -> Result<Defects, Error> {
     let (silhouette_error, missed_per_million, flicker_voxels) =
         pipeline.with_world(&[Search::Grid, Search::Cwbvh], |gpu, frame, world| {
             let voxel_size = world.grid.map_or(1.0, |grid| grid.voxel_size);
-            let pairs = |rays: &[_]| -> Result<Vec<Pair>, Error> {
+            let normals = Normals::read(gpu, world.mesh)?;
+            let pairs = |rays: &[Ray]| -> Result<Vec<Pair>, Error> {
                 let voxels = batches.voxels(gpu, world, rays)?;
                 let triangles = batches.triangles(gpu, world, rays)?;
-                Ok(triangles.iter().zip(&voxels).map(|(t, v)| Pair::new(t, v, voxel_size)).collect())
+                let all = rays.iter().zip(&triangles).zip(&voxels);
+                let pair = |((ray, triangle), voxel): ((&Ray, &Met), &Met)| {
+                    let normal = normals.towards(ray, triangle);
+                    let cosine = normal.map_or(1.0, |n| n.dot(ray.direction.into()).abs());
+                    Pair::new(triangle, voxel, cosine, voxel_size)
+                };
+                Ok(all.map(pair).collect())
             };
             let seen = primary(frame, Vec2::ZERO);
             let met = batches.triangles(gpu, world, &seen)?;
-            let normals = Normals::read(gpu, world.mesh)?;
             let on = pairs(&secondary(frame, &seen, &met, &normals, voxel_size))?;
             let (before, after) = (pairs(&seen)?, pairs(&primary(frame, STEP))?);
             Ok((

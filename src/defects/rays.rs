@@ -1,4 +1,7 @@
 //! What single rays say: figures over pairs of distances, in voxels.
+//!
+//! Whether voxels are where a triangle is, is judged along the triangle's normal: half a voxel of height is many voxels
+//! along a ray that grazes a floor, and no defect.
 
 use tracer::rays::Met;
 
@@ -10,17 +13,19 @@ const APART: f32 = 2.0;
 pub(super) struct Pair {
     pub(super) triangle: Option<f32>,
     pub(super) voxel: Option<f32>,
+    /// Cosine between the ray and the triangle's normal, not negative; 1 where there is none.
+    pub(super) cosine: f32,
 }
 
 impl Pair {
-    pub(super) fn new(triangle: &Met, voxel: &Met, voxel_size: f32) -> Self {
+    pub(super) fn new(triangle: &Met, voxel: &Met, cosine: f32, voxel_size: f32) -> Self {
         let [triangle, voxel] = [triangle, voxel].map(|met| met.is_hit().then(|| met.distance / voxel_size));
-        Self { triangle, voxel }
+        Self { triangle, voxel, cosine }
     }
 
     fn agrees(&self) -> bool {
         match (self.triangle, self.voxel) {
-            (Some(triangle), Some(voxel)) => (triangle - voxel).abs() <= APART,
+            (Some(triangle), Some(voxel)) => self.cosine * (triangle - voxel).abs() <= APART,
             (None, None) => true,
             _ => false,
         }
@@ -29,7 +34,7 @@ impl Pair {
     /// None where there is no triangle to miss.
     fn misses(&self) -> Option<bool> {
         let triangle = self.triangle?;
-        Some(self.voxel.is_none_or(|voxel| voxel > triangle + APART))
+        Some(self.voxel.is_none_or(|voxel| self.cosine * (voxel - triangle) > APART))
     }
 }
 

@@ -9,7 +9,7 @@ use crate::{Progress, RenderSettings};
 use frame::Gpu;
 
 fn pair(triangle: Option<f32>, voxel: Option<f32>) -> Pair {
-    Pair { triangle, voxel }
+    Pair { triangle, voxel, cosine: 1.0 }
 }
 
 #[test]
@@ -22,6 +22,14 @@ fn silhouettes_count_rays_that_meet_something_else() {
         pair(Some(10.0), Some(7.5)),
     ];
     assert_eq!(silhouette_error(&pairs), 3.0 / 5.0);
+}
+
+#[test]
+fn distance_is_judged_along_the_normal() {
+    let grazing = Pair { cosine: 0.1, ..pair(Some(50.0), Some(65.0)) };
+    assert_eq!((silhouette_error(&[grazing]), missed_per_million(&[grazing])), (0.0, 0.0));
+    let straight = Pair { cosine: 0.2, ..grazing };
+    assert_eq!((silhouette_error(&[straight]), missed_per_million(&[straight])), (1.0, 1e6));
 }
 
 #[test]
