@@ -73,7 +73,7 @@ fn an_emitter_s_power_is_area_times_radiance_times_pi() {
     let [lamp] = &uploaded.emitters[..] else { panic!("{:?}", uploaded.emitters) };
     let emission = scene.materials.iter().find(|m| m.emits()).unwrap().emission;
     // The lamp is 130 mm x 105 mm at ten times the size: 1.3 m x 1.05 m.
-    let power = 1.3 * 1.05 * crate::cpu::luminance(emission.to_array()) * std::f32::consts::PI;
+    let power = 1.3 * 1.05 * cpu::luminance(emission.to_array()) * std::f32::consts::PI;
     // Corners are decimal numbers in f32.
     assert!((lamp.power / power - 1.0).abs() < 1e-4, "{} against {power}", lamp.power);
     assert_eq!(scene.rest().objects[lamp.object as usize].triangles, lamp.triangles);
