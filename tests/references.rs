@@ -58,9 +58,11 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 
 #[test]
 fn triangles_converge_to_another_renderers_image() {
+    let mut pipeline = pipeline(&cornell(64, 1));
     for (bounces, name) in [(1, "cornell_64_b1"), (4, "cornell_64_b4")] {
         let (expected, expected_error) = reference(name);
-        let found = converge(&mut pipeline(&cornell(64, bounces)), Search::Cwbvh, 128, name);
+        pipeline.change(&cornell(64, bounces)).unwrap();
+        let found = converge(&mut pipeline, Search::Cwbvh, 128, name);
         let [ours, theirs] = [&found.mean, &expected].map(mean);
         let [s_ours, s_theirs] = [&found.standard_error, &expected_error].map(error_of_mean);
         for c in 0..3 {
@@ -193,9 +195,10 @@ fn a_folder_of_another_run_is_refused_and_kept() {
 
 /// Mean of `(a - b)^2 / (s_a^2 + s_b^2)` over two seeds' pixel-channels that have an error of note.
 fn ratio_of_squares(settings: &RenderSettings, spp: u32, name: &str) -> f64 {
+    let mut pipeline = pipeline(settings);
     let [a, b] = [1, 2].map(|seed| {
-        let settings = RenderSettings { seed, ..settings.clone() };
-        converge(&mut pipeline(&settings), Search::Cwbvh, spp, &format!("{name}-{seed}"))
+        pipeline.change(&RenderSettings { seed, ..settings.clone() }).unwrap();
+        converge(&mut pipeline, Search::Cwbvh, spp, &format!("{name}-{seed}"))
     });
     let pairs = paired([&a.mean, &a.standard_error], [&b.mean, &b.standard_error]);
     let mut ratios = Vec::new();
@@ -248,9 +251,10 @@ fn the_standard_error_of_stratified_samples_is_not_too_small() {
 #[test]
 fn a_closed_room_has_the_radiance_of_the_closed_form() {
     let settings = RenderSettings { scene: "furnace".into(), bounces: None, ..cornell(32, 0) };
+    let mut pipeline = pipeline(&settings);
     for search in [Search::Cwbvh, Search::Grid] {
         let name = format!("furnace-{search:?}");
-        let found = converge(&mut pipeline(&settings), search, 64, &name);
+        let found = converge(&mut pipeline, search, 32, &name);
         let [mean, error] = [mean(&found.mean), error_of_mean(&found.standard_error)];
         println!("{name}: {mean:?} +- {error:?}");
         for c in 0..3 {

@@ -26,7 +26,7 @@ use crate::{Error, Progress, RenderSettings, defects, output, race};
 use frame::cpu::Image;
 use frame::{FrameLog, Gpu};
 use plan::traces_voxels;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use tracer::Search;
@@ -93,6 +93,13 @@ pub fn run(comparison: &Comparison, gpu: Gpu, progress: &Progress) -> Result<Rep
         return Err(Error::NothingToCompare { index: comparison.shard.index, count: comparison.shard.count });
     };
     let mut pipeline = Pipeline::new(gpu, first, Progress::default())?;
+    // A wrong knob of a later combination is told now, not after references have converged.
+    let mut tried = HashSet::new();
+    for settings in &combinations {
+        if settings.sets.iter().any(|set| tried.insert(&set.id)) {
+            pipeline.change(settings)?;
+        }
+    }
     output::folder(&comparison.out)?;
     let references = references(comparison, &combinations, &mut pipeline, progress)?;
 
