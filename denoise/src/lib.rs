@@ -3,6 +3,7 @@
 //! | paper, section 2 | here |
 //! | --- | --- |
 //! | "denoised through a two-pass, five-phase blur process" | [`five_phase`] |
+//! | - (Dammertz et al. 2010, for comparison) | [`atrous`] |
 //! | the same street without a filter, to measure what one is worth | [`identity`] |
 //!
 //! **A new denoiser**: copy the folder `identity/`, rename it, and add one line to [`all`]. The folder's name is the
@@ -20,6 +21,8 @@
 //! - **Roughness belongs to the lobe.** The diffuse lobe is filtered as roughness 1, the specular one as the rougher of
 //!   the surface's two; so mirrors and clear glass, whose light is a picture of something else, stay as they are.
 
+pub mod atrous;
+pub mod edge;
 pub mod five_phase;
 pub mod identity;
 
@@ -96,6 +99,7 @@ pub fn all() -> &'static [(&'static str, Constructor)] {
     &[
         ("identity", |_| Ok(Box::new(identity::Identity))),
         ("five_phase", |gpu| Ok(Box::new(five_phase::FivePhase::new(gpu)?))),
+        ("atrous", |gpu| Ok(Box::new(atrous::Atrous::new(gpu)?))),
     ]
 }
 

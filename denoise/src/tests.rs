@@ -4,7 +4,7 @@
 use crate::{Denoiser, Guides, Need, all};
 use frame::cpu::Image;
 use frame::info::FrameInfo;
-use frame::surface::{Surface, hash};
+use frame::surface::{Surface, face_normal_pack, hash};
 use frame::{FrameLog, GBuffer, Gpu, RadianceImage, Recorder, Room, Texture};
 use glam::{Vec2, Vec3};
 use half::f16;
@@ -29,7 +29,7 @@ pub(crate) struct Shot {
     pub(crate) surface: Image<[u32; 4]>,
     pub(crate) distance: Image<f32>,
     /// Face normal, then motion and object.
-    pub(crate) unused: [u32; 3],
+    pub(crate) others: Image<[u32; 3]>,
     pub(crate) noisy: Light,
 }
 
@@ -85,7 +85,8 @@ impl Shot {
             frame,
             surface: Image::filled(size, Surface::default().pack_gbuffer(0)),
             distance,
-            unused: [0; 3],
+            // Towards the viewer, at rest, the first object.
+            others: Image::filled(size, [0, 0, 1]),
             noisy: Light {
                 diffuse: Image::filled(size, [0.0; 4]),
                 specular: Some(Image::filled(size, [0.0; 4])),
@@ -120,6 +121,12 @@ impl Shot {
             kind if kind < 0.05 => 0.0,
             _ => 2.0 + 0.3 * draw(x, y, 9) + if x > size[0] / 2 { 3.0 } else { 0.0 },
         });
+        shot.others = Image::from_fn(size, |x, y| {
+            let tilt = Vec3::new(draw(x, y, 40), draw(x, y, 41), draw(x, y, 42)) - 0.5;
+            let motion = Vec2::new(draw(x, y, 43), draw(x, y, 44)) - 0.5;
+            let object = if draw(x, y, 45) < 0.8 { 1 } else { 2 };
+            [face_normal_pack((Vec3::Z + tilt).normalize()), pack_motion(4.0 * motion), object]
+        });
         let lobe = |what: u32| {
             Image::from_fn(size, move |x, y| {
                 let length = if draw(x, y, what + 4) < 0.2 { 0.0 } else { draw(x, y, what + 3) };
@@ -135,24 +142,13 @@ impl Shot {
         shot
     }
 
-    /// Runs a denoiser once.
-    pub(crate) fn denoise(&self, gpu: &Gpu, denoiser: &mut dyn Denoiser) -> (Clean, FrameLog) {
+    fn upload(&self, gpu: &Gpu) -> (GBuffer, RadianceImage) {
         let size = self.surface.size();
         let guides = GBuffer {
             surface: upload(gpu, size, TextureFormat::Rgba32Uint, self.surface.texels()),
             distance: upload(gpu, size, TextureFormat::R32Float, self.distance.texels()),
-            face_normal: upload(
-                gpu,
-                size,
-                TextureFormat::R32Uint,
-                self.distance.map(|_| self.unused[0]).texels(),
-            ),
-            motion_id: upload(
-                gpu,
-                size,
-                TextureFormat::Rg32Uint,
-                self.distance.map(|_| [self.unused[1], self.unused[2]]).texels(),
-            ),
+            face_normal: upload(gpu, size, TextureFormat::R32Uint, self.others.map(|t| t[0]).texels()),
+            motion_id: upload(gpu, size, TextureFormat::Rg32Uint, self.others.map(|t| [t[1], t[2]]).texels()),
         };
         let lobe = |image| upload(gpu, size, RadianceImage::FORMAT, &halves(image));
         let noisy = RadianceImage {
@@ -160,7 +156,12 @@ impl Shot {
             specular: self.noisy.specular.as_ref().map(lobe),
             samples: upload(gpu, size, TextureFormat::R32Uint, self.noisy.samples.texels()),
         };
-        denoiser.resize(gpu, size, noisy.specular.is_some()).unwrap();
+        (guides, noisy)
+    }
+
+    /// Runs a denoiser without a resize before: its history stays.
+    pub(crate) fn next(&self, gpu: &Gpu, denoiser: &mut dyn Denoiser) -> (Clean, FrameLog) {
+        let (guides, noisy) = self.upload(gpu);
         let mut recorder = Recorder::new(gpu);
         let uniform = recorder.uniform(&self.frame.uniform());
         let clean = denoiser.denoise(&mut recorder, &self.frame, &uniform, &guides, &noisy);
@@ -168,6 +169,18 @@ impl Shot {
         let read = |texture: &Texture| gpu.read_texture::<[f16; 4]>(texture).unwrap();
         (Clean { diffuse: read(&clean.diffuse), specular: clean.specular.as_ref().map(read) }, log)
     }
+
+    /// Runs a denoiser once.
+    pub(crate) fn denoise(&self, gpu: &Gpu, denoiser: &mut dyn Denoiser) -> (Clean, FrameLog) {
+        denoiser.resize(gpu, self.surface.size(), self.noisy.specular.is_some()).unwrap();
+        self.next(gpu, denoiser)
+    }
+}
+
+/// As `motion_id.x` has it.
+pub(crate) fn pack_motion(motion: Vec2) -> u32 {
+    let [x, y] = [motion.x, motion.y].map(|v| u32::from(f16::from_f32(v).to_bits()));
+    x | (y << 16)
 }
 
 fn upload<T: bytemuck::NoUninit>(
@@ -232,10 +245,10 @@ fn channels_called_unused_do_not_change_a_bit() {
         // A quiet NaN as f32, a NaN in both halves as packed half floats.
         let poison = 0x7fc0_7e00;
         if face_normal == Need::Unused {
-            poisoned.unused[0] = poison;
+            poisoned.others = poisoned.others.map(|[_, motion, object]| [poison, motion, object]);
         }
         if motion_id == Need::Unused {
-            poisoned.unused[1..].fill(poison);
+            poisoned.others = poisoned.others.map(|[face_normal, ..]| [face_normal, poison, poison]);
         }
         if surface == Need::Unused {
             poisoned.surface = poisoned.surface.map(|_| [poison; 4]);
@@ -267,6 +280,44 @@ fn the_smallest_pictures_and_one_lobe_alone_work() {
             let (alone, _) = shot.denoise(gpu, denoiser);
             assert_eq!(alone.specular, None, "{name} at {size:?}");
             assert!(alone.diffuse == clean.diffuse, "{name} at {size:?}: the lobes do not touch each other");
+        }
+    });
+}
+
+#[test]
+fn any_bits_in_never_come_out_as_nan() {
+    let size = [33, 21];
+    let word = |x: u32, y: u32, what: u32| hash(hash(what) ^ (y * size[0] + x));
+    // Half floats of any bits, and words of any bits, some of them NaN and infinite on purpose.
+    let number = |x, y, what| match word(x, y, what) {
+        w if w % 7 == 0 => {
+            [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 65504.0, 3e38, 1e-40, -1.0][(w / 7 % 7) as usize]
+        }
+        w => f32::from_bits(w),
+    };
+    let light = |what: u32| {
+        Image::from_fn(size, move |x, y| {
+            [0, 1, 2, 3].map(|c| f16::from_bits(word(x, y, 10 * what + c) as u16).to_f32())
+        })
+    };
+    each(|gpu, name, denoiser| {
+        denoiser.resize(gpu, size, true).unwrap();
+        for turn in 0..4 {
+            let salt = 1000 * turn;
+            let mut shot = Shot::wall(size, 2.0);
+            shot.frame.restart = turn == 0;
+            shot.surface = Image::from_fn(size, |x, y| [1, 2, 3, 4].map(|c| word(x, y, salt + c)));
+            shot.distance = Image::from_fn(size, |x, y| number(x, y, salt + 5));
+            shot.others = Image::from_fn(size, |x, y| {
+                let motion = if x % 2 == 0 { word(x, y, salt + 7) } else { pack_motion(Vec2::ONE) };
+                [word(x, y, salt + 6), motion, word(x, y, salt + 8) % 3]
+            });
+            shot.noisy.diffuse = light(salt + 20);
+            shot.noisy.specular = Some(light(salt + 30));
+            shot.noisy.samples = Image::from_fn(size, |x, y| word(x, y, salt + 9) % 4);
+            let (clean, _) = shot.next(gpu, denoiser);
+            // The denoiser that does nothing does nothing about this either.
+            assert!(name == "identity" || clean.is_finite(), "{name}, frame {turn}");
         }
     });
 }

@@ -1,0 +1,206 @@
+//! The edge-avoiding a-trous wavelet: a five-tap spline whose taps move apart, with weights that stop at edges.
+//!
+//! Source: Dammertz, Sewtz, Hanika and Lensch 2010, "Edge-Avoiding A-Trous Wavelet Transform for fast Global
+//! Illumination Filtering". The voxel paper has no such stage; this is one to compare its blur with.
+//!
+//! In: light at trace size ([`RadianceImage`]); the G-buffer's `surface`, `distance` and `face_normal`. Out: the same
+//! light, less noisy. For levels i = 0..levels, taps q = p + 2^i (a, b), a and b in -2..2 trace rows:
+//!
+//! ```text
+//! out = sum_q h_a h_b w_q L_q / sum_q h_a h_b w_q,   h = 1/16, 1/4, 3/8, 1/4, 1/16
+//! w   = w_c w_n w_x                                  and w_r for the specular lobe (see `edge`)
+//! w_c = exp(-(2^i |L_q - L_p| / (sigma_color max(|L_p|, |L_q|)))^2)
+//! w_n = exp(-(|n_q - n_p| / sigma_normal)^2)         shading normals
+//! w_x = exp(-(d(p, q) / sigma_plane)^2)              distance from the pixel's plane, rows (see `edge`)
+//! ```
+//!
+//! Both lobes are filtered in one pass with the same edges. What is left alone, and what counts as a valid 0, is told in
+//! [`crate::edge`]. A pixel that takes but has no light of its own is filled from its neighbours; it never gives. The
+//! mean hit distance in a is filtered by the same weights over the taps that have one. Constant light stays constant to
+//! the bit: sums are f32, the pictures between levels half floats.
+//!
+//! Departs from its source: colours are compared relative to the brighter one, because light here has no upper end;
+//! positions by their distance from the pixel's plane, because distances between points cut walls that lie far off or
+//! aslant; taps are spaced in rows, so that footprints are square on the display ([`FrameInfo::columns_per_row`]).
+
+pub mod reference;
+mod settings;
+
+pub use settings::Settings;
+
+use crate::edge::{self, EdgePacker, EdgeParams};
+use crate::{Denoiser, Guides, Need};
+use frame::info::{Frame, FrameInfo};
+use frame::{
+    Bind, GBuffer, Gpu, GpuError, HALF_WGSL, Kernel, KernelDesc, Knob, RadianceImage, Recorder, Room,
+    Texture, Uniform, gpu_struct, info, surface,
+};
+
+gpu_struct! {
+    /// See `atrous.wgsl`.
+    pub struct AtrousParams {
+        /// Pixels to the first tap along x and y.
+        pub first_tap: [i32; 2],
+        /// Pixels to the second tap along x and y.
+        pub second_tap: [i32; 2],
+        /// Relative, at this level.
+        pub sigma_color: f32,
+        /// Radians, roughly.
+        pub sigma_normal: f32,
+        /// Rows.
+        pub sigma_plane: f32,
+        /// Share of the specular lobe's tangent.
+        pub lobe_spread: f32,
+        /// Relative.
+        pub roughness_fraction: f32,
+        /// Trace rows per pixel along a row.
+        pub rows_per_column: f32,
+        /// To 48 bytes.
+        pub _pad: [u32; 2],
+    }
+}
+
+/// The wavelet.
+pub struct Atrous {
+    settings: Settings,
+    packer: EdgePacker,
+    level_kernel: Kernel,
+    pictures: Pictures,
+}
+
+/// Everything whose size is the picture's.
+struct Pictures {
+    edge: Texture,
+    /// Written in turn: diffuse and specular.
+    lobes: [[Texture; 2]; 2],
+}
+
+impl Pictures {
+    fn new(gpu: &Gpu, size: [u32; 2], has_specular: bool) -> Result<Self, GpuError> {
+        // A binding cannot be left empty: without a specular lobe, one texel stands in.
+        let specular_size = if has_specular { size } else { [1, 1] };
+        let lobes = || -> Result<[Texture; 2], GpuError> {
+            Ok([
+                RadianceImage::lobe(gpu, "Atrous::diffuse", size)?,
+                RadianceImage::lobe(gpu, "Atrous::specular", specular_size)?,
+            ])
+        };
+        Ok(Self {
+            edge: edge::texture(gpu, Room::Radiance, "Atrous::edge", size)?,
+            lobes: [lobes()?, lobes()?],
+        })
+    }
+}
+
+impl Atrous {
+    /// Compiles its kernels.
+    ///
+    /// # Errors
+    /// A kernel was refused.
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let level_kernel = Kernel::new(
+            gpu,
+            &KernelDesc {
+                name: "denoise/atrous/level",
+                sources: &[info::WGSL, surface::WGSL, HALF_WGSL, edge::WGSL, include_str!("atrous.wgsl")],
+                entry: "atrous_level",
+                workgroup: edge::WORKGROUP,
+                bindings: &[
+                    Bind::uniform::<Frame>(0, 0, "frame"),
+                    Bind::uniform::<AtrousParams>(0, 1, "params"),
+                    Bind::texture_uint(2, 0, "in_edge"),
+                    Bind::texture(2, 1, "in_diffuse"),
+                    Bind::texture(2, 2, "in_specular"),
+                    Bind::storage_texture(3, 0, "out_diffuse", RadianceImage::FORMAT),
+                    Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
+                ],
+                constants: &[],
+            },
+        )?;
+        Ok(Self {
+            settings: Settings::default(),
+            packer: EdgePacker::new(gpu, "denoise/atrous/edge")?,
+            level_kernel,
+            pictures: Pictures::new(gpu, [1, 1], false)?,
+        })
+    }
+}
+
+impl Denoiser for Atrous {
+    fn name(&self) -> &'static str {
+        "atrous"
+    }
+
+    fn knobs(&mut self) -> Vec<Knob<'_>> {
+        self.settings.knobs()
+    }
+
+    fn guides(&self) -> Guides {
+        Guides {
+            surface: Need::Required,
+            distance: Need::Required,
+            face_normal: Need::Required,
+            motion_id: Need::Unused,
+        }
+    }
+
+    fn history_bytes(&self) -> u64 {
+        0
+    }
+
+    fn resize(&mut self, gpu: &Gpu, size: [u32; 2], specular: bool) -> Result<(), GpuError> {
+        self.pictures = Pictures::new(gpu, size, specular)?;
+        Ok(())
+    }
+
+    fn denoise(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        frame: &FrameInfo,
+        uniform: &Uniform,
+        guides: &GBuffer,
+        noisy: &RadianceImage,
+    ) -> RadianceImage {
+        use wgpu::BindingResource::TextureView as View;
+        let has_specular = noisy.specular.is_some();
+        let edges = EdgeParams::new(self.settings.roughness_min, has_specular, false);
+        self.packer.pack(recorder, uniform, &edges, guides, noisy, &self.pictures.edge);
+
+        let mut input = [&noisy.diffuse, noisy.specular.as_ref().unwrap_or(&noisy.diffuse)];
+        for level in 0..self.settings.levels {
+            let params = recorder.uniform(&self.settings.params(level, frame.columns_per_row()));
+            let output = &self.pictures.lobes[level as usize % 2];
+            let pass = format!("denoise/atrous/level{level}");
+            recorder.compute(
+                &pass,
+                &self.level_kernel,
+                &[
+                    uniform.binding(),
+                    params.binding(),
+                    View(self.pictures.edge.view()),
+                    View(input[0].view()),
+                    View(input[1].view()),
+                    View(output[0].view()),
+                    View(output[1].view()),
+                ],
+                edge::workgroups(noisy.size()),
+            );
+            input = [&output[0], &output[1]];
+        }
+
+        let clean = RadianceImage {
+            diffuse: input[0].clone(),
+            specular: has_specular.then(|| input[1].clone()),
+            samples: noisy.samples.clone(),
+        };
+        // Two pictures are used in turn, so only the last level's are there to be looked at.
+        recorder.output("denoise/atrous/diffuse", &clean.diffuse);
+        if let Some(specular) = &clean.specular {
+            recorder.output("denoise/atrous/specular", specular);
+        }
+        clean
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,89 @@
+//! The CPU half: the same functions as `atrous.wgsl`, in the same order, in f32 like the shader.
+
+use super::{AtrousParams, Settings};
+use crate::edge::reference::{
+    EdgeSum, GIVES, TAKES, at, face_normal, footprint, lobe_weight, normal, position, untouched,
+};
+use crate::five_phase::reference::Light;
+use frame::cpu::Image;
+use frame::info::Frame;
+use glam::{IVec2, Vec2, Vec3};
+
+const KERNEL: [f32; 3] = [0.375, 0.25, 0.0625];
+
+fn gauss(x: f32, sigma: f32) -> f32 {
+    let t = x / sigma.max(1e-6);
+    (-(t * t).min(80.0)).exp()
+}
+
+fn color_weight(params: &AtrousParams, centre: [f32; 4], tap: [f32; 4], centre_gives: bool) -> f32 {
+    let [centre, tap] = [centre, tap].map(|[r, g, b, _]| Vec3::new(r, g, b));
+    let brighter = centre.length().max(tap.length()).max(1e-7);
+    let difference = if centre_gives { (tap - centre).length() / brighter } else { 0.0 };
+    gauss(difference, params.sigma_color)
+}
+
+fn offset(params: &AtrousParams, steps: IVec2) -> IVec2 {
+    let reach = [params.first_tap, params.second_tap].map(IVec2::from);
+    IVec2::new(
+        steps.x.signum() * reach[usize::from(steps.x.abs() == 2)].x,
+        steps.y.signum() * reach[usize::from(steps.y.abs() == 2)].y,
+    )
+}
+
+/// One level.
+pub fn level(params: &AtrousParams, frame: &Frame, edge: &Image<[u32; 4]>, input: &Light) -> Light {
+    let [width, height] = edge.size();
+    let size = IVec2::new(width as i32, height as i32);
+    let filtered = |lobe: usize, light: &Image<[f32; 4]>| {
+        Image::from_fn(edge.size(), |x, y| {
+            let p = IVec2::new(x as i32, y as i32);
+            let centre = at(edge, p);
+            let before = untouched(at(light, p));
+            if centre[3] & TAKES[lobe] == 0 {
+                return before;
+            }
+            let mut sum = EdgeSum::default();
+            for (j, i) in (-2i32..=2).flat_map(|j| (-2i32..=2).map(move |i| (j, i))) {
+                let offset = offset(params, IVec2::new(i, j));
+                let q = p + offset;
+                let Some(tap) = edge.get(q.x, q.y) else { continue };
+                if tap[3] & GIVES[lobe] == 0 {
+                    continue;
+                }
+                let away = position(frame, tap, q, size) - position(frame, centre, p, size);
+                let plane = face_normal(centre).dot(away) / footprint(frame, centre, size);
+                let mut weight = KERNEL[i.unsigned_abs() as usize]
+                    * KERNEL[j.unsigned_abs() as usize]
+                    * gauss((normal(tap) - normal(centre)).length(), params.sigma_normal)
+                    * gauss(plane, params.sigma_plane);
+                if lobe == 1 {
+                    let rows = offset.as_vec2() * Vec2::new(params.rows_per_column, 1.0);
+                    let limits = [params.lobe_spread, params.roughness_fraction];
+                    weight *= lobe_weight(frame, [centre, tap], rows, size, limits);
+                }
+                let tap_light = at(light, q);
+                let gives = centre[3] & GIVES[lobe] != 0;
+                sum.add(tap_light, weight * color_weight(params, before, tap_light, gives));
+            }
+            sum.mean(before)
+        })
+    };
+    Light {
+        diffuse: filtered(0, &input.diffuse),
+        specular: input.specular.as_ref().map(|light| filtered(1, light)),
+        samples: input.samples.clone(),
+    }
+}
+
+/// All levels.
+pub fn denoise(
+    settings: &Settings,
+    frame: &Frame,
+    columns_per_row: f32,
+    edge: &Image<[u32; 4]>,
+    noisy: &Light,
+) -> Light {
+    (0..settings.levels)
+        .fold(noisy.clone(), |light, i| level(&settings.params(i, columns_per_row), frame, edge, &light))
+}
