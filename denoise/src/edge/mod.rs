@@ -1,5 +1,5 @@
 //! What filters that stop at edges ask about a pixel, packed once per frame; shared by [`crate::atrous`] and
-//! [`crate::svgf`].
+//! `svgf`.
 //!
 //! In: the G-buffer and the noisy light. Out: 16 bytes a pixel, `rgba32uint`:
 //!
