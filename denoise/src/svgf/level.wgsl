@@ -46,10 +46,10 @@ fn level_add(sum: LevelSum, light: vec4f, variance: f32, weight: f32) -> LevelSu
     return LevelSum(edge_sum_add(sum.light, light, weight), sum.variance + weight * weight * variance);
 }
 
-// `deviation` is sigma_luminance standard deviations of the centre; a centre that has no light has no say.
-fn level_luminance_weight(centre: f32, tap: f32, deviation: f32, centre_gives: bool) -> f32 {
+// Minus the logarithm of w_l. `deviation` is sigma_luminance standard deviations of the centre; a centre that has no light has no say.
+fn level_luminance_fall(centre: f32, tap: f32, deviation: f32, centre_gives: bool) -> f32 {
     let rounding = LEVEL_RELATIVE * max(abs(centre), abs(tap)) + LEVEL_ABSOLUTE;
-    return select(1.0, exp(-min(abs(tap - centre) / (deviation + rounding), 80.0)), centre_gives);
+    return select(0.0, min(abs(tap - centre) / (deviation + rounding), 80.0), centre_gives);
 }
 
 fn level_variance(sum: LevelSum, before: f32) -> f32 {
@@ -91,19 +91,20 @@ fn level(@builtin(global_invocation_id) id: vec3u) {
                 continue;
             }
             let tap = textureLoad(in_edge, q, 0);
-            let weight = LEVEL_KERNEL[abs(i)] * LEVEL_KERNEL[abs(j)] * svgf_geometry_weight(centre, tap, q, size);
+            let kernel = LEVEL_KERNEL[abs(i)] * LEVEL_KERNEL[abs(j)];
+            let fall = svgf_geometry_fall(centre, tap, q, size);
             if (gives_diffuse) {
                 let light = textureLoad(in_diffuse, q, 0);
                 let y = brdf_luminance(light.rgb);
-                let alike = level_luminance_weight(luminance.x, y, deviation.x, variance_before.x >= 0.0);
-                diffuse = level_add(diffuse, light, tap_variance.x, weight * alike);
+                let all = fall + level_luminance_fall(luminance.x, y, deviation.x, variance_before.x >= 0.0);
+                diffuse = level_add(diffuse, light, tap_variance.x, kernel * exp(-all));
             }
             if (gives_specular) {
                 let light = textureLoad(in_specular, q, 0);
                 let y = brdf_luminance(light.rgb);
-                let alike = level_luminance_weight(luminance.y, y, deviation.y, variance_before.y >= 0.0);
+                let all = fall + level_luminance_fall(luminance.y, y, deviation.y, variance_before.y >= 0.0);
                 let lobe = svgf_lobe_weight(centre, tap, offset, size);
-                specular = level_add(specular, light, tap_variance.y, weight * lobe * alike);
+                specular = level_add(specular, light, tap_variance.y, kernel * lobe * exp(-all));
             }
         }
     }

@@ -201,8 +201,8 @@ fn geometry_weight(
     let away = position(frame, tap, q, size) - position(frame, centre, p, size);
     let plane = face_normal(centre).dot(away).abs() / footprint(frame, centre, size);
     let facing = normal(tap).dot(normal(centre));
-    let aligned = if facing > 0.0 { facing.max(0.01).powf(params.sigma_normal) } else { 0.0 };
-    let weight = aligned * (-(plane / params.sigma_depth.max(1e-6)).min(80.0)).exp();
+    let turned = if facing > 0.0 { -params.sigma_normal * facing.clamp(0.01, 1.0).ln() } else { 80.0 };
+    let weight = (-(turned + (plane / params.sigma_depth.max(1e-6)).min(80.0))).exp();
     if lobe == 0 {
         return weight;
     }

@@ -40,11 +40,12 @@ fn svgf_centre(p: vec2i, size: vec2i) -> SvgfCentre {
     );
 }
 
-fn svgf_geometry_weight(centre: SvgfCentre, tap: vec4u, q: vec2i, size: vec2i) -> f32 {
+// Minus the logarithm of w_z w_n. The luminance's is added to it, so that a tap costs one exponential per lobe.
+fn svgf_geometry_fall(centre: SvgfCentre, tap: vec4u, q: vec2i, size: vec2i) -> f32 {
     let plane = abs(dot(centre.face_normal, edge_position(tap, q, size) - centre.position)) / centre.footprint;
     let facing = dot(edge_normal(tap), centre.normal);
-    let aligned = select(0.0, pow(max(facing, 0.01), params.sigma_normal), facing > 0.0);
-    return aligned * exp(-min(plane / max(params.sigma_depth, 1e-6), 80.0));
+    let turned = select(80.0, -params.sigma_normal * log(clamp(facing, 0.01, 1.0)), facing > 0.0);
+    return turned + min(plane / max(params.sigma_depth, 1e-6), 80.0);
 }
 
 fn svgf_lobe_weight(centre: SvgfCentre, tap: vec4u, offset: vec2i, size: vec2i) -> f32 {

@@ -40,7 +40,7 @@ fn variance(@builtin(global_invocation_id) id: vec3u) {
             }
             let tap = textureLoad(in_edge, q, 0);
             let tap_frames = textureLoad(in_frames, q, 0).r;
-            let geometry = svgf_geometry_weight(centre, tap, q, size);
+            let geometry = exp(-svgf_geometry_fall(centre, tap, q, size));
             let lobes = vec2f(geometry, geometry * svgf_lobe_weight(centre, tap, offset, size));
             let gives = vec2u(tap_frames & 0xffffu, tap_frames >> 16u) > vec2u(0u);
             let weight = select(vec2f(0.0), lobes, gives);
