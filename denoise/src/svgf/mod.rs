@@ -32,6 +32,10 @@
 //! - Jitter: history is looked up as if there were none, so that a still picture is averaged in place; its positions are
 //!   those of the jittered rays.
 //!
+//! - The luminance weight loses light, as the source's does: it leaves out what is much brighter than the pixel, and the
+//!   noise of few samples has its light in few pixels. Even noise loses none (see the tests); one sample a pixel of a
+//!   Cornell box lost 4 % after eight frames, and nothing with `sigma_l` at 100.
+//!
 //! Departs from its source: w_z takes the distance from the pixel's plane instead of the depth's screen gradient, which
 //! is wrong at silhouettes and doubtful where a triangle is a few pixels wide; footprints are square on the display
 //! ([`FrameInfo::columns_per_row`]); two lobes instead of direct and indirect light; no temporal antialiasing here, it
