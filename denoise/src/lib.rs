@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | "denoised through a two-pass, five-phase blur process" | [`five_phase`] |
 //! | - (Dammertz et al. 2010, for comparison) | [`atrous`] |
+//! | - (Schied et al. 2017, for comparison) | [`svgf`] |
 //! | the same street without a filter, to measure what one is worth | [`identity`] |
 //!
 //! **A new denoiser**: copy the folder `identity/`, rename it, and add one line to [`all`]. The folder's name is the
@@ -25,6 +26,7 @@ pub mod atrous;
 pub mod edge;
 pub mod five_phase;
 pub mod identity;
+pub mod svgf;
 
 use frame::info::FrameInfo;
 use frame::{GBuffer, Gpu, GpuError, Knob, RadianceImage, Recorder, Uniform};
@@ -100,6 +102,7 @@ pub fn all() -> &'static [(&'static str, Constructor)] {
         ("identity", |_| Ok(Box::new(identity::Identity))),
         ("five_phase", |gpu| Ok(Box::new(five_phase::FivePhase::new(gpu)?))),
         ("atrous", |gpu| Ok(Box::new(atrous::Atrous::new(gpu)?))),
+        ("svgf", |gpu| Ok(Box::new(svgf::Svgf::new(gpu)?))),
     ]
 }
 

@@ -290,7 +290,7 @@ fn any_bits_in_never_come_out_as_nan() {
     let word = |x: u32, y: u32, what: u32| hash(hash(what) ^ (y * size[0] + x));
     // Half floats of any bits, and words of any bits, some of them NaN and infinite on purpose.
     let number = |x, y, what| match word(x, y, what) {
-        w if w % 7 == 0 => {
+        w if w.is_multiple_of(7) => {
             [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 65504.0, 3e38, 1e-40, -1.0][(w / 7 % 7) as usize]
         }
         w => f32::from_bits(w),

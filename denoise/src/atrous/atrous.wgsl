@@ -28,17 +28,17 @@ struct AtrousParams {
 
 const ATROUS_KERNEL = array<f32, 3>(0.375, 0.25, 0.0625);
 
-// |x| / sigma, squared and with nothing left of it where sigma is 0.
-fn atrous_gauss(x: f32, sigma: f32) -> f32 {
+// Minus the logarithm of a Gaussian weight. They are added up, so that a tap costs one exponential per lobe.
+fn atrous_fall(x: f32, sigma: f32) -> f32 {
     let t = x / max(sigma, 1e-6);
-    return exp(-min(t * t, 80.0));
+    return min(t * t, 80.0);
 }
 
 // Relative to the brighter of the two, so that no unit is needed. A centre that does not give has no say.
-fn atrous_color_weight(centre: vec4f, tap: vec4f, centre_gives: bool) -> f32 {
+fn atrous_color_fall(centre: vec4f, tap: vec4f, centre_gives: bool) -> f32 {
     let brighter = max(max(length(centre.rgb), length(tap.rgb)), 1e-7);
     let difference = select(0.0, length(tap.rgb - centre.rgb) / brighter, centre_gives);
-    return atrous_gauss(difference, params.sigma_color);
+    return atrous_fall(difference, params.sigma_color);
 }
 
 @compute @workgroup_size(8, 8)
@@ -78,22 +78,20 @@ fn atrous_level(@builtin(global_invocation_id) id: vec3u) {
                 continue;
             }
             let plane = dot(face_normal, edge_position(tap, q, size) - position) / footprint;
-            let weight = ATROUS_KERNEL[abs(i)] * ATROUS_KERNEL[abs(j)]
-                * atrous_gauss(length(edge_normal(tap) - normal), params.sigma_normal)
-                * atrous_gauss(plane, params.sigma_plane);
+            let kernel = ATROUS_KERNEL[abs(i)] * ATROUS_KERNEL[abs(j)];
+            let fall = atrous_fall(length(edge_normal(tap) - normal), params.sigma_normal)
+                + atrous_fall(plane, params.sigma_plane);
             if (gives_diffuse) {
                 let light = textureLoad(in_diffuse, q, 0);
-                diffuse = edge_sum_add(diffuse, light, weight * atrous_color_weight(diffuse_before, light, diffuse_gives));
+                let all = fall + atrous_color_fall(diffuse_before, light, diffuse_gives);
+                diffuse = edge_sum_add(diffuse, light, kernel * exp(-all));
             }
             if (gives_specular) {
                 let light = textureLoad(in_specular, q, 0);
                 let rows = vec2f(offset) * vec2f(params.rows_per_column, 1.0);
                 let lobe = edge_lobe_weight(centre, tap, rows, size, params.lobe_spread, params.roughness_fraction);
-                specular = edge_sum_add(
-                    specular,
-                    light,
-                    weight * lobe * atrous_color_weight(specular_before, light, specular_gives),
-                );
+                let all = fall + atrous_color_fall(specular_before, light, specular_gives);
+                specular = edge_sum_add(specular, light, kernel * lobe * exp(-all));
             }
         }
     }

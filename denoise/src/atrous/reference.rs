@@ -11,16 +11,16 @@ use glam::{IVec2, Vec2, Vec3};
 
 const KERNEL: [f32; 3] = [0.375, 0.25, 0.0625];
 
-fn gauss(x: f32, sigma: f32) -> f32 {
+fn fall(x: f32, sigma: f32) -> f32 {
     let t = x / sigma.max(1e-6);
-    (-(t * t).min(80.0)).exp()
+    (t * t).min(80.0)
 }
 
-fn color_weight(params: &AtrousParams, centre: [f32; 4], tap: [f32; 4], centre_gives: bool) -> f32 {
+fn color_fall(params: &AtrousParams, centre: [f32; 4], tap: [f32; 4], centre_gives: bool) -> f32 {
     let [centre, tap] = [centre, tap].map(|[r, g, b, _]| Vec3::new(r, g, b));
     let brighter = centre.length().max(tap.length()).max(1e-7);
     let difference = if centre_gives { (tap - centre).length() / brighter } else { 0.0 };
-    gauss(difference, params.sigma_color)
+    fall(difference, params.sigma_color)
 }
 
 fn offset(params: &AtrousParams, steps: IVec2) -> IVec2 {
@@ -53,18 +53,19 @@ pub fn level(params: &AtrousParams, frame: &Frame, edge: &Image<[u32; 4]>, input
                 }
                 let away = position(frame, tap, q, size) - position(frame, centre, p, size);
                 let plane = face_normal(centre).dot(away) / footprint(frame, centre, size);
-                let mut weight = KERNEL[i.unsigned_abs() as usize]
-                    * KERNEL[j.unsigned_abs() as usize]
-                    * gauss((normal(tap) - normal(centre)).length(), params.sigma_normal)
-                    * gauss(plane, params.sigma_plane);
+                let tap_light = at(light, q);
+                let gives = centre[3] & GIVES[lobe] != 0;
+                let all = fall((normal(tap) - normal(centre)).length(), params.sigma_normal)
+                    + fall(plane, params.sigma_plane)
+                    + color_fall(params, before, tap_light, gives);
+                let mut weight =
+                    KERNEL[i.unsigned_abs() as usize] * KERNEL[j.unsigned_abs() as usize] * (-all).exp();
                 if lobe == 1 {
                     let rows = offset.as_vec2() * Vec2::new(params.rows_per_column, 1.0);
                     let limits = [params.lobe_spread, params.roughness_fraction];
                     weight *= lobe_weight(frame, [centre, tap], rows, size, limits);
                 }
-                let tap_light = at(light, q);
-                let gives = centre[3] & GIVES[lobe] != 0;
-                sum.add(tap_light, weight * color_weight(params, before, tap_light, gives));
+                sum.add(tap_light, weight);
             }
             sum.mean(before)
         })

@@ -236,7 +236,7 @@ fn the_specular_kernel_is_as_wide_as_the_lobe() {
 #[test]
 fn untraced_pixels_are_filled_and_empty_samples_count() {
     let mut shot = Shot::wall([48, 48], 1.0);
-    let is_even = |x: u32, y: u32| (x + y) % 2 == 0;
+    let is_even = |x: u32, y: u32| (x + y).is_multiple_of(2);
     shot.noisy.diffuse =
         Image::from_fn([48, 48], |x, y| if is_even(x, y) { [2.0, 2.0, 2.0, 5.0] } else { [0.0; 4] });
     shot.noisy.samples = Image::from_fn([48, 48], |x, y| if is_even(x, y) { 1 } else { 0x1_0000 });

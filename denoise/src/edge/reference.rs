@@ -92,6 +92,16 @@ impl EdgeSum {
         self.length_weight += length_weight;
     }
 
+    /// Sum of the weights.
+    pub fn weight(&self) -> f32 {
+        self.weight
+    }
+
+    /// The sums over `weight`; the length over its own, at least `least`.
+    pub fn over(&self, weight: f32, least: f32) -> [f32; 4] {
+        (self.rgb / weight).extend(self.length / self.length_weight.max(least)).to_array()
+    }
+
     /// As a half float stores it; what was there before where there is nothing to average.
     pub fn mean(&self, [r, g, b, a]: [f32; 4]) -> [f32; 4] {
         let rgb = if self.weight > 1e-20 { self.rgb / self.weight } else { Vec3::new(r, g, b) };

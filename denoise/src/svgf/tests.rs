@@ -1,0 +1,291 @@
+//! What time does to noise, what must be forgotten, and what must not change.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+use super::{Settings, Svgf};
+use crate::Denoiser;
+use crate::tests::{Light, Shot, halves, pack_motion, random};
+use frame::cpu::Image;
+use frame::surface::Surface;
+use frame::{FrameLog, Gpu, set_knob};
+use glam::{Vec2, Vec3};
+use half::f16;
+
+mod twin;
+
+fn gpu() -> Gpu {
+    Gpu::new(None).expect("tests need an adapter, a software one will do")
+}
+
+/// Frames that each pixel of the diffuse lobe has been followed.
+fn frames_of(gpu: &Gpu, log: &FrameLog) -> Vec<u32> {
+    let (_, texture) = log.outputs.iter().find(|(name, _)| name == "denoise/svgf/frames").unwrap();
+    gpu.read_texture::<u32>(texture).unwrap().into_iter().map(|packed| packed & 0xffff).collect()
+}
+
+/// Independent light for each frame, uniform between 0 and 2.
+fn noise(size: [u32; 2], seed: u32) -> Image<[f32; 4]> {
+    Image::from_fn(size, |x, y| {
+        let red = f16::from_f32(2.0 * random(seed, size[0] * y + x)).to_f32();
+        [red, 0.0, 0.0, 1.0]
+    })
+}
+
+fn sequel(shot: &Shot, index: u32) -> Shot {
+    let mut next = shot.clone();
+    next.frame.restart = index == 0;
+    next.frame.frame_index = index;
+    next
+}
+
+fn variance_of(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let count = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    values.map(|v| (v - mean).powi(2)).sum::<f64>() / count
+}
+
+/// Pixels that share no surface: each at a depth of its own.
+fn loners(size: [u32; 2]) -> Shot {
+    let mut shot = Shot::wall(size, 1.0);
+    shot.distance = Image::from_fn(size, |x, y| (12.0 * random(99, size[0] * y + x)).exp2());
+    shot
+}
+
+#[test]
+fn noise_falls_with_the_frames_as_predicted() {
+    let (gpu, size) = (gpu(), [32, 32]);
+    let still = loners(size);
+    // Uniform between 0 and 2: a variance of 1/3. What is left of it after 32 frames: all alike, 1/32; with a share a of
+    // each new frame beyond the fifth, near a / (2 - a) = 1/9.
+    for (alpha, left) in [("0", 1.0 / 32.0), ("0.2", 1.0 / 9.0)] {
+        let mut denoiser = Svgf::new(&gpu).unwrap();
+        set_knob(&mut denoiser.knobs(), "alpha_color", alpha).unwrap();
+        set_knob(&mut denoiser.knobs(), "sigma_z", "0.01").unwrap();
+        denoiser.resize(&gpu, size, true).unwrap();
+        let mut last = None;
+        for index in 0..32 {
+            let mut shot = sequel(&still, index);
+            shot.noisy.diffuse = noise(size, index);
+            last = Some(shot.next(&gpu, &mut denoiser));
+        }
+        let (clean, log) = last.unwrap();
+        assert!(frames_of(&gpu, &log).iter().all(|n| *n == 32));
+        let found = variance_of(clean.diffuse.iter().map(|t| t[0].to_f64()));
+        // A variance from 1,024 pixels is known to 4.4 %: three deviations.
+        let ratio = found / (left / 3.0);
+        assert!((0.867..1.133).contains(&ratio), "alpha {alpha}: {ratio} of what was predicted");
+    }
+}
+
+#[test]
+fn a_wall_gets_quiet_and_keeps_its_energy() {
+    let (gpu, size) = (gpu(), [96, 80]);
+    let mut denoiser = Svgf::new(&gpu).unwrap();
+    denoiser.resize(&gpu, size, true).unwrap();
+    let still = Shot::wall(size, 1.0);
+    let mut left = Vec::new();
+    for index in 0..32 {
+        let mut shot = sequel(&still, index);
+        shot.noisy.diffuse = noise(size, index);
+        let (clean, _) = shot.next(&gpu, &mut denoiser);
+        left.push(variance_of(clean.diffuse.iter().map(|t| t[0].to_f64())));
+        if index == 31 {
+            let mean = clean.diffuse.iter().map(|t| t[0].to_f64()).sum::<f64>() / clean.diffuse.len() as f64;
+            // The last five frames or so count: 38,400 draws with a deviation of 58 % of the mean, 0.3 %. The luminance
+            // weight is even about the mean of light that is, so nothing is lost.
+            assert!((mean - 1.0).abs() < 0.005, "mean {mean}");
+        }
+    }
+    // Of 1/3, the wavelet alone leaves less than a hundredth, and 1/9 of that remains once history is long.
+    assert!(left[0] < 0.01 / 3.0 && left[31] < 0.25 * left[0], "{} at first, {} at last", left[0], left[31]);
+}
+
+#[test]
+fn a_camera_that_moves_along_a_wall_takes_history_with_it() {
+    let (gpu, size) = (gpu(), [48, 32]);
+    let mut denoiser = Svgf::new(&gpu).unwrap();
+    denoiser.resize(&gpu, size, true).unwrap();
+    let still = Shot::wall(size, 2.0);
+    // Three pixels to the right per frame: the picture moves three to the left.
+    let pixel = 2.0 * 2.0 * (0.5 * still.frame.camera.vfov).tan() / size[1] as f32;
+    let mut frames = Vec::new();
+    for index in 0..4 {
+        let mut shot = sequel(&still, index);
+        let move_to = |camera: &mut scene::Camera, index: u32| {
+            let offset = Vec3::X * 3.0 * pixel * index as f32;
+            camera.eye += offset;
+            camera.target += offset;
+        };
+        move_to(&mut shot.frame.camera, index);
+        move_to(&mut shot.frame.previous_camera, index.saturating_sub(1));
+        shot.others = Image::filled(size, [0, pack_motion(Vec2::new(-3.0, 0.0)), 1]);
+        shot.noisy.diffuse = noise(size, index);
+        frames = frames_of(&gpu, &shot.next(&gpu, &mut denoiser).1);
+    }
+    for (i, found) in (0..).zip(&frames) {
+        // Each frame uncovers three columns at the right, and one beyond them finds its neighbour in the 3x3 search.
+        let age = (size[0] - 1 - i % size[0]) / 3;
+        let expected = (age + 1).min(4);
+        assert!(
+            (expected..=(expected + 1).min(4)).contains(found),
+            "pixel {i}: followed for {found}, there for {expected}"
+        );
+    }
+    assert!(frames.contains(&1) && frames.contains(&4));
+}
+
+#[test]
+fn what_was_hidden_begins_at_one() {
+    let (gpu, size) = (gpu(), [40, 30]);
+    let wall = Shot::wall(size, 4.0);
+    // What uncovers the wall: another object; the same object nearer; the same place, turned away.
+    let covered: [fn(&mut Shot, i32, i32); 3] = [
+        |shot, x, y| shot.others.get_mut(x, y).unwrap()[2] = 7,
+        |shot, x, y| *shot.distance.get_mut(x, y).unwrap() *= 0.9,
+        |shot, x, y| {
+            let turned = Surface { normal: Vec3::new(1.0, 0.0, 1.0).normalize(), ..Surface::default() };
+            *shot.surface.get_mut(x, y).unwrap() = turned.pack_gbuffer(0);
+        },
+    ];
+    for (case, cover) in covered.into_iter().enumerate() {
+        let mut denoiser = Svgf::new(&gpu).unwrap();
+        denoiser.resize(&gpu, size, true).unwrap();
+        let mut frames = Vec::new();
+        for index in 0..6 {
+            let mut shot = sequel(&wall, index);
+            shot.noisy.diffuse = noise(size, index);
+            if index < 5 {
+                for (x, y) in (10..20).flat_map(|x| (10..20).map(move |y| (x, y))) {
+                    cover(&mut shot, x, y);
+                }
+            }
+            frames = frames_of(&gpu, &shot.next(&gpu, &mut denoiser).1);
+        }
+        for (i, found) in (0..).zip(frames) {
+            let (x, y) = (i % 40, i / 40);
+            let was_hidden = |inset: i32| {
+                let range = 10 + inset..20 - inset;
+                range.contains(&x) && range.contains(&y)
+            };
+            // On the rim the 3x3 search finds wall that was there before.
+            if was_hidden(1) {
+                assert_eq!(found, 1, "case {case}, pixel {x}, {y}");
+            } else if !was_hidden(0) {
+                assert_eq!(found, 6, "case {case}, pixel {x}, {y}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_restart_forgets_all_of_it() {
+    let (gpu, size) = (gpu(), [45, 33]);
+    let mut denoiser = Svgf::new(&gpu).unwrap();
+    let shot = Shot::random(size, 6);
+    let (alone, log) = shot.denoise(&gpu, &mut denoiser);
+    let counts = frames_of(&gpu, &log);
+    for index in 1..4 {
+        let mut other = sequel(&shot, index);
+        other.noisy = Shot::random(size, 60 + index).noisy;
+        other.next(&gpu, &mut denoiser);
+    }
+    let (again, log) = shot.next(&gpu, &mut denoiser);
+    assert!(again == alone && frames_of(&gpu, &log) == counts);
+}
+
+#[test]
+fn the_same_frames_give_the_same_bits() {
+    let (gpu, size) = (gpu(), [45, 33]);
+    let run = || {
+        let mut denoiser = Svgf::new(&gpu).unwrap();
+        denoiser.resize(&gpu, size, true).unwrap();
+        let shots = (0..4).map(|index| sequel(&Shot::random(size, 70 + index), index));
+        shots.map(|shot| shot.next(&gpu, &mut denoiser).0).collect::<Vec<_>>()
+    };
+    assert!(run() == run());
+}
+
+// ---- edges ----
+
+#[test]
+fn edges_stay_sharp() {
+    let (gpu, size) = (gpu(), [32, 32]);
+    let half_lit = Image::from_fn(size, |x, _| if x < 16 { [1.0; 4] } else { [0.0, 0.0, 0.0, 8.0] });
+    let mut behind = Shot::wall(size, 1.0);
+    // A row at 1 m spans 26 mm; half a metre behind is 19 rows: exp(-19) of the light is below the least half float.
+    behind.distance = Image::from_fn(size, |x, y| {
+        behind.distance.get(x as i32, y as i32).unwrap() * (1.0 + 0.5 * (x / 16) as f32)
+    });
+    let mut angle = Shot::wall(size, 1.0);
+    // 45 degrees apart: cos^128 is 5e-20.
+    let facing = |normal| Surface { normal, ..Surface::default() }.pack_gbuffer(0);
+    let tilted = Vec3::new(1.0, 0.0, 1.0).normalize();
+    angle.surface = Image::from_fn(size, |x, _| facing(if x < 16 { tilted } else { Vec3::Z }));
+    for (what, mut shot) in [("behind", behind), ("angle", angle)] {
+        shot.noisy.diffuse = half_lit.clone();
+        let mut denoiser = Svgf::new(&gpu).unwrap();
+        // Only geometry may tell them apart.
+        set_knob(&mut denoiser.knobs(), "sigma_l", "100").unwrap();
+        assert!(shot.denoise(&gpu, &mut denoiser).0.diffuse == halves(&half_lit), "{what}");
+    }
+}
+
+#[test]
+fn mirrors_and_sky_stay_as_they_are() {
+    let (gpu, size) = (gpu(), [45, 33]);
+    let mut denoiser = Svgf::new(&gpu).unwrap();
+    denoiser.resize(&gpu, size, true).unwrap();
+    let base = Shot::random(size, 5);
+    for index in 0..2 {
+        let mut shot = sequel(&base, index);
+        let Light { diffuse, specular, .. } = Shot::random(size, 50 + index).noisy;
+        (shot.noisy.diffuse, shot.noisy.specular) = (diffuse, specular);
+        let clean = shot.next(&gpu, &mut denoiser).0;
+        let (diffuse, specular) =
+            (halves(&shot.noisy.diffuse), halves(shot.noisy.specular.as_ref().unwrap()));
+        let clean_specular = clean.specular.unwrap();
+        let (mut mirrors, mut misses) = (0, 0);
+        for (i, words) in shot.surface.texels().iter().enumerate() {
+            if shot.distance.texels()[i] == 0.0 {
+                misses += 1;
+                assert_eq!((clean.diffuse[i], clean_specular[i]), (diffuse[i], specular[i]), "miss {i}");
+            } else if Surface::unpack_gbuffer(*words).roughness.max_element() < 0.02 {
+                mirrors += 1;
+                assert_eq!(clean_specular[i], specular[i], "mirror {i}");
+            }
+        }
+        assert!(mirrors > 50 && misses > 30, "{mirrors} mirrors and {misses} misses are too few to tell");
+    }
+}
+
+#[test]
+fn untraced_pixels_are_filled_or_keep_their_history() {
+    let (gpu, size) = (gpu(), [24, 24]);
+    let mut denoiser = Svgf::new(&gpu).unwrap();
+    let mut shot = Shot::wall(size, 1.0);
+    shot.noisy.diffuse =
+        Image::from_fn(size, |x, y| if (x + y).is_multiple_of(2) { [2.0, 2.0, 2.0, 5.0] } else { [0.0; 4] });
+    shot.noisy.samples = Image::from_fn(size, |x, y| u32::from((x + y).is_multiple_of(2)));
+    let (clean, log) = shot.denoise(&gpu, &mut denoiser);
+    let all_two = |texels: &[[f16; 4]]| texels.iter().all(|t| t.map(f16::to_f32) == [2.0, 2.0, 2.0, 5.0]);
+    assert!(all_two(&clean.diffuse), "filled");
+    let half: u32 = frames_of(&gpu, &log).iter().sum();
+    assert_eq!(half, 24 * 24 / 2, "what was filled has no frames");
+    let mut dark = sequel(&shot, 1);
+    dark.noisy.diffuse = Image::filled(size, [0.0; 4]);
+    dark.noisy.samples = Image::filled(size, 0);
+    let (clean, log) = dark.next(&gpu, &mut denoiser);
+    assert!(all_two(&clean.diffuse), "kept");
+    assert!(frames_of(&gpu, &log).iter().all(|n| *n <= 1), "and grew no older");
+}
+
+#[test]
+fn the_history_it_reports_is_what_it_allocates() {
+    let gpu = gpu();
+    let before = gpu.memory(frame::Room::History).live;
+    let mut denoiser = Svgf::new(&gpu).unwrap();
+    denoiser.resize(&gpu, [64, 48], true).unwrap();
+    assert_eq!(gpu.memory(frame::Room::History).live - before, denoiser.history_bytes());
+    // Twice edges 16, moments 16 and frames 4; lobes 8 + 8.
+    assert_eq!(denoiser.history_bytes(), 64 * 48 * (2 * (16 + 16 + 4) + 16));
+    assert_eq!(Settings::default(), denoiser.settings);
+}
