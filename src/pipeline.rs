@@ -92,6 +92,7 @@ impl Pipeline {
                 Model::Lambert => scene_gpu::Model::Lambert,
             },
             texture_budget_bytes: settings.texture_budget_bytes,
+            as_references: settings.preset == Preset::Gltf,
         };
         let (world, upload_warnings) = GpuScene::new(&gpu, &scene, &geometry, &options)?;
         let mut warnings = scene.warnings.clone();

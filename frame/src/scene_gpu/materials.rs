@@ -17,7 +17,7 @@
 //! texels) / 2)`. Departs from glTF: one scalar F0, so a specular tint changes how much is reflected and not its colour.
 
 use super::textures::{TexturePool, Use};
-use super::{Model, SceneGpuError, texels::Encoding};
+use super::{Model, SceneGpuError, SceneOptions, texels::Encoding};
 use crate::{Bind, cpu};
 use scene::{Alpha, TextureSlot, Wrap};
 
@@ -108,17 +108,17 @@ pub(super) fn is_sheet(material: &Material) -> bool {
 /// Materials with everything left out that cannot be seen, so that it costs neither memory nor look-ups.
 pub(super) fn simplified(
     materials: &[scene::Material],
-    model: Model,
+    options: &SceneOptions,
 ) -> Result<Vec<scene::Material>, SceneGpuError> {
     if materials.len() > MOST {
         return Err(SceneGpuError::TooManyMaterials { count: materials.len(), allowed: MOST });
     }
-    Ok(materials.iter().map(|material| simplify(material, model)).collect())
+    Ok(materials.iter().map(|material| simplify(material, options)).collect())
 }
 
-fn simplify(material: &scene::Material, model: Model) -> scene::Material {
+fn simplify(material: &scene::Material, options: &SceneOptions) -> scene::Material {
     let mut m = material.clone();
-    if model == Model::Lambert || m.unlit {
+    if options.model == Model::Lambert || m.unlit {
         m = scene::Material {
             metallic: 0.0,
             roughness: 1.0,
@@ -135,6 +135,18 @@ fn simplify(material: &scene::Material, model: Model) -> scene::Material {
         m.specular_texture = None;
         m.specular_color = glam::Vec3::ONE;
         m.specular_color_texture = None;
+        if options.as_references {
+            m.transmission_texture = None;
+            if let Some(volume) = &mut m.volume {
+                volume.attenuation_distance = f32::INFINITY;
+            }
+            // A mere dielectric there, by the factors alone.
+            if m.transmission >= 0.999 {
+                m.metallic = 0.0;
+                m.metallic_roughness_texture = None;
+                m.roughness = if m.volume.is_some() { m.roughness } else { 0.0 };
+            }
+        }
     } else {
         m.transmission_texture = None;
         m.volume = None;

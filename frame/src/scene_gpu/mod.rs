@@ -90,6 +90,9 @@ pub struct SceneOptions {
     pub model: Model,
     /// Bytes of textures above which they are averaged down; none means 512 MB.
     pub texture_budget_bytes: Option<u64>,
+    /// Leaves out what the shared reference images leave out of transmissive materials: textures of roughness and of
+    /// transmission, absorption, and the roughness of thin panes.
+    pub as_references: bool,
 }
 
 /// A scene on the GPU.
@@ -139,7 +142,7 @@ impl GpuScene {
         geometry: &Geometry,
         options: &SceneOptions,
     ) -> Result<(Self, Vec<String>), SceneGpuError> {
-        let simplified = materials::simplified(&scene.materials, options.model)?;
+        let simplified = materials::simplified(&scene.materials, options)?;
         let budget = options.texture_budget_bytes.unwrap_or(TEXTURE_BUDGET_BYTES);
         let (textures, mut warnings) =
             TexturePool::new(gpu, &scene.images, &materials::uses(&simplified), budget)?;

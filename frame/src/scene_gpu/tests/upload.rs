@@ -100,6 +100,26 @@ fn lambert_leaves_out_all_but_colour_masks_and_emission() {
 }
 
 #[test]
+fn what_the_references_ignore_of_glass_is_left_out_for_them() {
+    let gpu = gpu();
+    let mut scene = scene("cornell");
+    let volume = scene::Volume { attenuation_distance: 0.1, attenuation_color: glam::Vec3::splat(0.5) };
+    let glass =
+        scene::Material { transmission: 1.0, metallic: 1.0, roughness: 0.5, ..scene.materials[0].clone() };
+    scene.materials[0] = scene::Material { volume: Some(volume), ..glass.clone() };
+    scene.materials[1] = scene::Material { volume: None, ..glass.clone() };
+    scene.materials[2] = scene::Material { volume: Some(volume), transmission: 0.5, ..glass };
+    let options = SceneOptions { as_references: true, ..SceneOptions::default() };
+    let of = |options: &SceneOptions| -> Vec<(f32, f32, bool)> {
+        let (uploaded, _) = GpuScene::new(&gpu, &scene, scene.rest(), options).unwrap();
+        let materials: Vec<Material> = gpu.read_buffer(&uploaded.materials).unwrap();
+        materials[..3].iter().map(|m| (m.metalness, m.roughness, m.absorption[0] > 0.0)).collect()
+    };
+    assert_eq!(of(&options), [(0.0, 0.5, false), (0.0, 0.0, false), (1.0, 0.5, false)]);
+    assert_eq!(of(&SceneOptions::default()), [(1.0, 0.5, true), (1.0, 0.5, false), (1.0, 0.5, true)]);
+}
+
+#[test]
 fn a_new_moment_rewrites_the_moving_tail_and_keeps_the_last_one() {
     let gpu = gpu();
     let mut scene = scene("spheres");
