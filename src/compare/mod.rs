@@ -105,7 +105,6 @@ pub fn run(comparison: &Comparison, gpu: Gpu, progress: &Progress) -> Result<Rep
 
     let mut rows = Vec::new();
     let mut pictures = references.pictures.clone();
-    // Milliseconds per sample of plain tracing, per tracer and grid, to choose samples of equal time.
     for (k, settings) in combinations.iter().enumerate() {
         progress.report("comparing", k as f32 / combinations.len() as f32);
         let measured = measure(&mut pipeline, settings, comparison.frames)?;
