@@ -16,8 +16,11 @@
 //! pixel, do not mix several.
 
 pub mod best_candidate;
+pub mod bilinear;
+pub mod joint_bilateral;
 pub mod modulate;
 pub mod nearest;
+pub mod search;
 
 use frame::info::FrameInfo;
 use frame::scene_gpu::GpuScene;
@@ -72,7 +75,9 @@ pub type Constructor = fn(&Gpu) -> Result<Box<dyn Upsampler>, GpuError>;
 pub fn all() -> &'static [(&'static str, Constructor)] {
     &[
         ("nearest", |gpu| Ok(Box::new(nearest::Nearest::new(gpu)?))),
+        ("bilinear", |gpu| Ok(Box::new(bilinear::Bilinear::new(gpu)?))),
         ("best_candidate", |gpu| Ok(Box::new(best_candidate::BestCandidate::new(gpu)?))),
+        ("joint_bilateral", |gpu| Ok(Box::new(joint_bilateral::JointBilateral::new(gpu)?))),
     ]
 }
 

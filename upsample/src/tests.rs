@@ -187,6 +187,25 @@ impl Shot {
     }
 }
 
+/// Tilts every normal a little, and changes every third surface to metal, glass or black.
+pub(crate) fn roughen(guides: &mut Guides, seed: u32) {
+    let size = guides.surface.size();
+    let texels = guides.surface.texels().iter().enumerate().map(|(i, words)| {
+        let draw = |what: u32| random(seed + what, i as u32);
+        let mut surface = Surface::unpack_gbuffer(*words);
+        let tilt = Vec3::new(draw(0), draw(1), draw(2)) - 0.5;
+        surface.normal = (surface.normal + 0.7 * tilt).normalize();
+        match (9.0 * draw(3)) as u32 {
+            0 => surface.metalness = 1.0,
+            1 => (surface.transmission, surface.f0) = (1.0, 0.04),
+            2 => surface.base = Vec3::ZERO,
+            _ => {}
+        }
+        surface.pack_gbuffer(i as u32)
+    });
+    guides.surface = Image::from_texels(size, texels.collect()).unwrap();
+}
+
 pub(crate) fn random_light(size: [u32; 2], seed: u32) -> Light {
     let lobe = |what: u32| {
         Image::from_fn(size, move |x, y| {

@@ -24,12 +24,9 @@ fn modulate_pixel(pixel: vec2u, diffuse: vec3f, specular: vec3f, direct_lobes: u
         return half_rounded(vec4f(sky_radiance(direction), 1.0));
     }
     var lobes = BrdfModulators(diffuse, specular);
-    if (direct_lobes > 0u) {
-        lobes.diffuse += textureLoad(direct_diffuse, pixel, 0).rgb;
-    }
-    if (direct_lobes > 1u) {
-        lobes.specular += textureLoad(direct_specular, pixel, 0).rgb;
-    }
+    // No branches: one that a uniform alone decides has Mesa's software driver build the kernel anew for each dispatch.
+    lobes.diffuse += select(vec3f(0.0), textureLoad(direct_diffuse, pixel, 0).rgb, direct_lobes > 0u);
+    lobes.specular += select(vec3f(0.0), textureLoad(direct_specular, pixel, 0).rgb, direct_lobes > 1u);
     let surface = surface_unpack_gbuffer(textureLoad(display_surface, pixel, 0));
     let m = brdf_modulators(surface, dot(surface.normal, -direction));
     let color = m.diffuse * lobes.diffuse + m.specular * lobes.specular + surface.emission;
