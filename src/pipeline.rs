@@ -134,7 +134,7 @@ impl Pipeline {
         pipeline.gather.resize(&pipeline.gpu, &[settings.trace_size, settings.display_size])?;
         pipeline.tracer.resize(&pipeline.gpu, &pipeline.world, settings.trace_size, &pipeline.paths)?;
         pipeline.denoiser.resize(&pipeline.gpu, settings.trace_size, specular)?;
-        pipeline.upsampler.resize(&pipeline.gpu, settings.display_size, specular)?;
+        pipeline.upsampler.resize(&pipeline.gpu, settings.trace_size, settings.display_size, specular)?;
         Ok(pipeline)
     }
 
@@ -181,7 +181,7 @@ impl Pipeline {
             self.denoiser.resize(&self.gpu, settings.trace_size, specular)?;
         }
         if another[2] {
-            self.upsampler.resize(&self.gpu, settings.display_size, specular)?;
+            self.upsampler.resize(&self.gpu, settings.trace_size, settings.display_size, specular)?;
         }
         self.restart();
         Ok(())
@@ -223,7 +223,10 @@ impl Pipeline {
         self.gather.gather(&mut recorder, "gather/trace", &uniform, &self.world, &mesh, &self.trace);
         let display = self.display.as_ref().unwrap_or(&self.trace);
         if self.display.is_some() {
-            self.gather.gather(&mut recorder, "gather/display", &uniform, &self.world, &mesh, display);
+            // Jitter belongs to the trace pixels; what is shown stands still.
+            let still = FrameInfo { jitter: [0.0; 2], previous_jitter: [0.0; 2], ..frame.clone() };
+            let still = recorder.uniform(&still.uniform());
+            self.gather.gather(&mut recorder, "gather/display", &still, &self.world, &mesh, display);
         }
         let noisy = self.tracer.trace(&mut recorder, &frame, &uniform, world, &self.trace, &self.paths);
         let denoised = self.denoiser.denoise(&mut recorder, &frame, &uniform, &self.trace, &noisy);
