@@ -4,25 +4,14 @@
 //! brick cell of each slot, and per record of the batch the cell it is for. Slots follow brick cells, x fastest; records
 //! follow slots, then masks, then bits: the same triangles give the same words.
 //!
-//! Longest loops: 64 children per mask, 32 bits per word; the scan says its own.
+//! Longest loops: 64 children per mask, 32 bits per word; [`frame::scan`] says its own.
 
-mod scan;
-
-pub(crate) use scan::Sums;
+pub(crate) use frame::scan::Sums;
 
 use crate::Grid;
 use crate::grid::GRID_WGSL;
-use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder};
-use scan::Scan;
-
-/// Counts per block of a scan, for Rust and for shaders.
-macro_rules! scan_block {
-    () => {
-        1024
-    };
-}
-const SCAN_BLOCK: u32 = scan_block!();
-const SCAN_CONSTANTS: &str = concat!("const SCAN_BLOCK = ", scan_block!(), "u;\n");
+use frame::scan::{SCAN_WGSL, Scan};
+use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room};
 
 frame::gpu_struct! {
     /// See `structure.wgsl`.
@@ -75,7 +64,7 @@ impl Structure {
                 gpu,
                 &KernelDesc {
                     name: entry,
-                    sources: &[SCAN_CONSTANTS, GRID_WGSL, include_str!("structure.wgsl")],
+                    sources: &[SCAN_WGSL, GRID_WGSL, include_str!("structure.wgsl")],
                     entry,
                     workgroup: [64, 1, 1],
                     bindings: &bindings,
@@ -109,7 +98,9 @@ impl Structure {
         counts: &Buffer,
         count: u32,
     ) -> Result<Sums, GpuError> {
-        self.scan.record(recorder, counts, count)
+        let sums = Sums::new(recorder.gpu(), Room::Voxels, count)?;
+        self.scan.record(recorder, "voxel/structure", counts, count, &sums);
+        Ok(sums)
     }
 
     /// Table, slots and skip levels of all bricks.
