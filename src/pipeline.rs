@@ -99,10 +99,9 @@ impl Pipeline {
         warnings.extend(upload_warnings);
 
         let most = gpu.device.limits().max_texture_dimension_2d;
-        let voxel_size = Layout::fit(scene.bounds(), settings.grid, most)?.voxel_size;
-
         progress.report("building kernels", 0.0);
         let tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(&gpu)?;
+        let voxel_size = Layout::fit(tessellator.bounds(&world), settings.grid, most)?.voxel_size;
         let tracer = find("tracer", &settings.tracer, tracer::all())?(&gpu)?;
         let denoiser = find("denoiser", &settings.denoiser, denoise::all())?(&gpu)?;
         let upsampler = find("upsampler", &settings.upsampler, upsample::all())?(&gpu)?;
@@ -147,9 +146,13 @@ impl Pipeline {
     pub fn change(&mut self, settings: &RenderSettings) -> Result<(), Error> {
         let before = std::mem::replace(&mut self.settings, settings.clone());
         let gpu = &self.gpu;
-        if before.grid != settings.grid {
+        if before.tessellator != settings.tessellator {
+            self.tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(gpu)?;
+        }
+        if before.grid != settings.grid || before.tessellator != settings.tessellator {
             let most = gpu.device.limits().max_texture_dimension_2d;
-            self.voxel_size = Layout::fit(self.scene.bounds(), settings.grid, most)?.voxel_size;
+            let bounds = self.tessellator.bounds(&self.world);
+            self.voxel_size = Layout::fit(bounds, settings.grid, most)?.voxel_size;
             self.searches.forget_grid();
         }
         let another = [
@@ -157,10 +160,6 @@ impl Pipeline {
             before.denoiser != settings.denoiser,
             before.upsampler != settings.upsampler,
         ];
-        if before.tessellator != settings.tessellator {
-            self.tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(gpu)?;
-            self.searches.moved();
-        }
         if another[0] {
             self.tracer = find("tracer", &settings.tracer, tracer::all())?(gpu)?;
         }
@@ -210,13 +209,17 @@ impl Pipeline {
         recorder.on_progress(move |done| progress.report("tracing", done));
         let uniform = recorder.uniform(&frame.uniform());
 
-        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
         if moved {
             self.searches.moved();
         }
         self.progress.report("building the structure", 0.0);
-        let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
+        let site = Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds: self.tessellator.bounds(&self.world),
+            grid: self.settings.grid,
+        };
         let mut build_log = self.searches.build(&mut recorder, self.tracer.search(), site)?;
         let world = self.searches.world(&self.world, &mesh);
 
@@ -269,9 +272,13 @@ impl Pipeline {
     ) -> Result<R, Error> {
         let frame = self.next_frame()?;
         let mut recorder = Recorder::new(&self.gpu);
-        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
-        let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
+        let site = Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds: self.tessellator.bounds(&self.world),
+            grid: self.settings.grid,
+        };
         for search in searches {
             self.searches.build(&mut recorder, *search, site)?;
         }
@@ -307,11 +314,11 @@ impl Pipeline {
         for band in sampler.bands() {
             let mut recorder = Recorder::new(&self.gpu);
             let uniform = recorder.uniform(&frame.uniform());
-            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
             let site = Site {
                 scene: &self.world,
                 mesh: &mesh,
-                bounds: self.scene.bounds(),
+                bounds: self.tessellator.bounds(&self.world),
                 grid: self.settings.grid,
             };
             for search in sampler.searches() {

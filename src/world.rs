@@ -3,7 +3,7 @@
 
 use crate::Error;
 use frame::scene_gpu::{GpuMesh, GpuScene};
-use frame::{FrameLog, Gpu, Knob, Recorder};
+use frame::{Buffer, FrameLog, Gpu, Knob, Recorder};
 use scene::Aabb;
 use tracer::bvh::cwbvh::{self, Cwbvh};
 use tracer::bvh::lbvh::{Lbvh, LbvhBuilder};
@@ -20,6 +20,8 @@ pub struct Searches {
     lbvh_moved: bool,
     grid_lights: Option<LightList>,
     triangle_lights: Option<LightList>,
+    /// The triangles they were built of.
+    triangles: Option<Buffer>,
 }
 
 /// What a structure is built of.
@@ -50,6 +52,7 @@ impl Searches {
             lbvh_moved: false,
             grid_lights: None,
             triangle_lights: None,
+            triangles: None,
         })
     }
 
@@ -77,6 +80,14 @@ impl Searches {
         self.triangle_lights = None;
     }
 
+    /// Other triangles: nothing that stands is of use.
+    fn forget(&mut self) {
+        self.forget_grid();
+        self.lbvh = None;
+        self.cwbvh = None;
+        self.triangle_lights = None;
+    }
+
     /// Makes sure that `what` stands. Submits what is recorded so far where building has to wait for it. The log has what
     /// did not go through the recorder.
     ///
@@ -90,6 +101,11 @@ impl Searches {
     ) -> Result<FrameLog, Error> {
         let gpu = recorder.gpu();
         let mut log = FrameLog::default();
+        // A tessellator says by other buffers that it made another mesh.
+        if self.triangles.as_ref().is_some_and(|known| **known != *site.mesh.triangles) {
+            self.forget();
+        }
+        self.triangles = Some(site.mesh.triangles.clone());
         match what {
             Search::Grid if self.grid.is_none() => {
                 recorder.flush();

@@ -209,7 +209,10 @@ impl Made {
         for v in self.used() {
             let (normal, tangent) = (self.normals[v], self.tangents[v].truncate());
             assert!(self.positions[v].is_finite() && self.previous[v].is_finite(), "{what}: vertex {v}");
-            assert!((normal.length() - 1.0).abs() < 1e-5 && (tangent.length() - 1.0).abs() < 1e-5, "{what}: {v}");
+            assert!(
+                (normal.length() - 1.0).abs() < 1e-5 && (tangent.length() - 1.0).abs() < 1e-5,
+                "{what}: {v}"
+            );
             // Two octahedral codes of 16 bits, one of them with its lowest bit taken.
             assert!(normal.dot(tangent).abs() < 5e-4, "{what}: vertex {v}: {normal} and {tangent}");
         }
@@ -303,10 +306,7 @@ fn closed_meshes_stay_closed() {
             for voxel_size in [0.5, 0.1, 0.15] {
                 let subject = Subject::new(geometry.clone(), noise(16), 0.05);
                 let (made, _) = run(&gpu, make(&gpu).unwrap().as_mut(), &subject, voxel_size);
-                // The ball's source has triangles without area at its poles, which `phong` may leave alone.
-                let dropped = what == "ball" && *name == "phong";
-                let open = if dropped { 0 } else { made.open_edges() };
-                assert_eq!(open, 0, "{name} of a {what} with voxels of {voxel_size}");
+                assert_eq!(made.open_edges(), 0, "{name} of a {what} with voxels of {voxel_size}");
                 made.check_frames(&format!("{name} of a {what}"));
             }
         }

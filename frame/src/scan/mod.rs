@@ -72,14 +72,7 @@ impl Scan {
     }
 
     /// Sums up the first `count` words, at most as many as the sums have room for.
-    pub fn record(
-        &self,
-        recorder: &mut Recorder<'_>,
-        stage: &str,
-        counts: &Buffer,
-        count: u32,
-        sums: &Sums,
-    ) {
+    pub fn record(&self, recorder: &mut Recorder<'_>, stage: &str, counts: &Buffer, count: u32, sums: &Sums) {
         let pass = format!("{stage}/scan");
         let params = recorder.uniform(&ScanParams { count, _pad: [0; 3] });
         let [from, before, blocks] = [counts, &sums.before, &sums.blocks].map(|b| b.as_entire_binding());

@@ -26,8 +26,8 @@ fn a_ball_at_constant_height_is_a_larger_ball() {
     assert!(made.triangles.len() > 4 * subject.geometry.triangles.len());
     for v in made.used() {
         let position = made.positions[v];
-        // The source's chords lie up to 1 - cos(7.5 degrees) below the ball.
-        assert!((position.length() - 1.25).abs() < 0.02, "{position}");
+        // The diagonals of the source's cells of 15 degrees lie up to 1 - cos(10.6 degrees) below the ball.
+        assert!((position.length() - 1.25).abs() < 0.022, "{position}");
         // Octahedral codes: 16 bits a coordinate.
         let off = degrees(made.normals[v], position.normalize());
         assert!(off < 0.02, "{off} degrees at {position}");
@@ -45,7 +45,7 @@ fn a_fluted_column_has_its_analytic_normals() {
         (Vec3::new(cos, 0.5 * t, -sin), Vec3::new(cos, 0.0, -sin))
     };
     sheet(&mut geometry, [24, 2], at, Vec2::new);
-    let heights = picture([1024, 4], |u, _| 0.5 + 0.5 * (FLUTES * TAU * u).cos());
+    let heights = picture([512, 4], |u, _| 0.5 + 0.5 * (FLUTES * TAU * u).cos());
     let subject = Subject::new(geometry, heights, 2.0 * DEPTH);
     // 24 sides of 0.261 m cut in four: 96 around, 16 per flute.
     let made = displaced(&gpu, &subject, 0.261 / 4.0 / 0.7 + 1e-3);
@@ -97,7 +97,8 @@ fn quad(uv: impl Fn(Vec2) -> Vec2) -> Geometry {
 fn mirrored_turned_and_sheared_coordinates_shade_alike() {
     let gpu = gpu();
     // A hill that looks the same mirrored, turned by a quarter, and anywhere a sheared picture can show it.
-    let hill = |u: f32, v: f32| 0.5 - 0.25 * ((TAU * u).cos() + (TAU * v).cos());
+    let wave = |x: f32| 0.25 - 0.25 * (TAU * x.rem_euclid(1.0).min(1.0 - x.rem_euclid(1.0))).cos();
+    let hill = |u: f32, v: f32| wave(u) + wave(v);
     let plain = Subject::new(quad(|uv| uv), picture([64, 64], hill), 0.1);
     let plain = displaced(&gpu, &plain, 0.05);
     let others: [(&str, Box<dyn Fn(Vec2) -> Vec2>); 3] = [
@@ -109,7 +110,11 @@ fn mirrored_turned_and_sheared_coordinates_shade_alike() {
         let made = displaced(&gpu, &Subject::new(quad(uv), picture([64, 64], hill), 0.1), 0.05);
         for v in plain.used() {
             // Heights from other taps: 8 bits interpolated in f32.
-            assert!(made.positions[v].distance(plain.positions[v]) < 1e-6, "{name} at {}", plain.positions[v]);
+            assert!(
+                made.positions[v].distance(plain.positions[v]) < 1e-6,
+                "{name} at {}",
+                plain.positions[v]
+            );
             assert!(degrees(made.normals[v], plain.normals[v]) < 0.01, "{name} at {}", plain.positions[v]);
         }
     }
@@ -186,7 +191,10 @@ fn hard_cases_crack_nothing_and_turn_nothing() {
         if what != "opposed normals" {
             made.check_frames(what);
         }
-        assert!(made.used().iter().all(|&v| made.positions[v].is_finite() && made.normals[v].is_finite()), "{what}");
+        assert!(
+            made.used().iter().all(|&v| made.positions[v].is_finite() && made.normals[v].is_finite()),
+            "{what}"
+        );
     }
 }
 
@@ -257,7 +265,12 @@ fn what_moves_knows_where_it_was() {
         let was = before.as_ref().map_or(&made.positions, |before| &before.positions);
         for v in made.used() {
             // The same positions by another kernel: a few units in the last place of about 3 m.
-            assert!(made.previous[v].distance(was[v]) < 2e-6, "step {step}: {} was {}", made.previous[v], was[v]);
+            assert!(
+                made.previous[v].distance(was[v]) < 2e-6,
+                "step {step}: {} was {}",
+                made.previous[v],
+                was[v]
+            );
         }
         before = Some(made);
     }
@@ -267,13 +280,23 @@ fn what_moves_knows_where_it_was() {
 fn with_the_screen_what_is_far_is_coarser() {
     let gpu = gpu();
     let mut geometry = Geometry::default();
-    sheet(&mut geometry, [4, 40], |s, t| (Vec3::new(s, 0.0, -40.0 * t), Vec3::Y), |s, t| Vec2::new(s, 40.0 * t));
+    sheet(
+        &mut geometry,
+        [4, 40],
+        |s, t| (Vec3::new(s, 0.0, -40.0 * t), Vec3::Y),
+        |s, t| Vec2::new(s, 40.0 * t),
+    );
     let subject = Subject::new(geometry, noise(16), 0.05);
     let mut tessellator = Displace::new(&gpu).unwrap();
     let (all, _) = run(&gpu, &mut tessellator, &subject, 0.05);
     set_knob(&mut tessellator.knobs(), "screen", "on").unwrap();
     let (near, _) = run(&gpu, &mut tessellator, &subject, 0.05);
-    assert!(near.triangles.len() < all.triangles.len() / 2, "{} of {}", near.triangles.len(), all.triangles.len());
+    assert!(
+        near.triangles.len() < all.triangles.len() / 2,
+        "{} of {}",
+        near.triangles.len(),
+        all.triangles.len()
+    );
     assert_eq!(near.static_triangles, 0);
     assert_eq!(all.static_triangles as usize, all.triangles.len());
 }

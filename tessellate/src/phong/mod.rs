@@ -81,8 +81,7 @@ impl Tessellator for Phong {
         voxel_size: f32,
         scene: &GpuScene,
     ) -> GpuMesh {
-        let step =
-            Step { edge_length: self.detail * voxel_size, edge_angle: 0.0, relief: self.strength };
+        let step = Step { edge_length: self.detail * voxel_size, edge_angle: 0.0, relief: self.strength };
         self.subdivider.record(recorder, frame, scene, step, kind)
     }
 }

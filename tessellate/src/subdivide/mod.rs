@@ -200,8 +200,22 @@ impl Subdivider {
                 relief: step.relief,
             };
             let of_edges = recorder.uniform(&params(0, topology.edge_count));
-            kernels.factor(recorder, self.stage, [&frame_uniform, &of_edges], source, &words, topology.edge_count);
-            kernels.count(recorder, self.stage, &of_edges, source, &words, [&vertex_counts, &triangle_counts]);
+            kernels.factor(
+                recorder,
+                self.stage,
+                [&frame_uniform, &of_edges],
+                source,
+                &words,
+                topology.edge_count,
+            );
+            kernels.count(
+                recorder,
+                self.stage,
+                &of_edges,
+                source,
+                &words,
+                [&vertex_counts, &triangle_counts],
+            );
             self.scan.record(recorder, self.stage, &vertex_counts, count, &vertex_sums);
             self.scan.record(recorder, self.stage, &triangle_counts, count, &triangle_sums);
             patch_vertices = vertex_sums.total(recorder)?;
@@ -225,7 +239,13 @@ impl Subdivider {
                 if is_moving { storage(gpu, "Subdivider::classes", class_bytes)? } else { classes },
             ],
             patch_vertices,
-            static_patch_vertices: before(gpu, &vertex_sums, source.static_triangle_count, count, patch_vertices)?,
+            static_patch_vertices: before(
+                gpu,
+                &vertex_sums,
+                source.static_triangle_count,
+                count,
+                patch_vertices,
+            )?,
             triangles: triangle_count,
             before: match is_moving {
                 true => Some(storage(gpu, "Subdivider::before", source.vertices.bytes())?),
@@ -235,7 +255,8 @@ impl Subdivider {
                 vertices: storage(
                     gpu,
                     "Subdivider::vertices",
-                    4 * u64::from(source.layout.stride) * (u64::from(source.vertex_count) + u64::from(patch_vertices)),
+                    4 * u64::from(source.layout.stride)
+                        * (u64::from(source.vertex_count) + u64::from(patch_vertices)),
                 )?,
                 previous: storage(
                     gpu,
@@ -267,7 +288,15 @@ impl Subdivider {
             ..SubdivideParams::default()
         });
         let sums = [&patches.triangle_sums, &patches.vertex_sums];
-        kernels.triangles(recorder, self.stage, &of_triangles, source, &patches.topology, sums, &patches.mesh);
+        kernels.triangles(
+            recorder,
+            self.stage,
+            &of_triangles,
+            source,
+            &patches.topology,
+            sums,
+            &patches.mesh,
+        );
         Ok(Some(patches))
     }
 
@@ -307,7 +336,11 @@ impl Subdivider {
             sums: &patches.vertex_sums,
         };
         let now = resources(&source.vertices, &patches.classes[0]);
-        recorder.copy_buffer(&source.vertices, &patches.mesh.vertices, source_bytes(source, source.layout.stride));
+        recorder.copy_buffer(
+            &source.vertices,
+            &patches.mesh.vertices,
+            source_bytes(source, source.layout.stride),
+        );
         recorder.copy_buffer(&source.previous, &patches.mesh.previous, source_bytes(source, 3));
         kernels.classes(recorder, self.stage, &of_classes, &now, class_count);
         kernels.vertices(recorder, self.stage, &of_vertices, &now, &patches.mesh, vertex_count);
