@@ -13,8 +13,10 @@ mod render;
 mod report;
 mod table;
 mod values;
+mod view;
 
-pub use args::{Cli, StreetArgs};
+pub use args::Cli;
+pub use view::StreetArgs;
 
 use crate::Error;
 use args::Command;
