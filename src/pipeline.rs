@@ -159,6 +159,7 @@ impl Pipeline {
         ];
         if before.tessellator != settings.tessellator {
             self.tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(gpu)?;
+            self.searches.forget_grid();
             self.searches.moved();
         }
         if another[0] {
@@ -215,16 +216,18 @@ impl Pipeline {
             self.searches.moved();
         }
         self.progress.report("building the structure", 0.0);
-        let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
-        let mut build_log = self.searches.build(&mut recorder, self.tracer.search(), site)?;
-        let world = self.searches.world(&self.world, &mesh);
+        let (search, bounds) = (self.tracer.search(), self.scene.bounds());
+        let site = Site { scene: &self.world, mesh: &mesh, bounds, grid: self.settings.grid };
+        self.searches.find_moving(&mut recorder, search, site)?;
 
         self.gather.gather(&mut recorder, "gather/trace", &uniform, &self.world, &mesh, &self.trace);
         let display = self.display.as_ref().unwrap_or(&self.trace);
         if self.display.is_some() {
             self.gather.gather(&mut recorder, "gather/display", &uniform, &self.world, &mesh, display);
         }
+        // Gathering keeps the device busy while the number of moving bricks comes back.
+        let mut build_log = self.searches.build(&mut recorder, search, site)?;
+        let world = self.searches.world(&self.world, &mesh);
         let noisy = self.tracer.trace(&mut recorder, &frame, &uniform, world, &self.trace, &self.paths);
         let denoised = self.denoiser.denoise(&mut recorder, &frame, &uniform, &self.trace, &noisy);
         let color = self.upsampler.upsample(
@@ -240,6 +243,7 @@ impl Pipeline {
 
         build_log.append(recorder.finish()?);
         let mut log = build_log;
+        self.searches.settle(&mut log);
         self.count(&mut log);
         let rendered = Rendered {
             color,

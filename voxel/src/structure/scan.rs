@@ -25,8 +25,11 @@ pub(super) struct Scan {
 
 /// Where a scan's sums are.
 pub(crate) struct Sums {
+    /// Sum of the words before, within a block.
     pub(crate) before: Buffer,
+    /// Sum of the blocks before; after the last the sum of all.
     pub(crate) blocks: Buffer,
+    /// Words there is room for.
     count: u32,
 }
 
@@ -54,40 +57,49 @@ impl Scan {
         })
     }
 
-    /// Sums up the first `count` words.
+    /// Sums up the first `count` words, at most as many as the sums have room for.
     pub(super) fn record(
         &self,
         recorder: &mut Recorder<'_>,
+        stage: &str,
         counts: &Buffer,
         count: u32,
-    ) -> Result<Sums, GpuError> {
-        let gpu = recorder.gpu();
-        let block_count = count.div_ceil(SCAN_BLOCK);
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let words = |label, n: u32| gpu.buffer(Room::Voxels, label, 4 * u64::from(n), usage);
-        let sums = Sums {
-            before: words("Scan::before", count)?,
-            blocks: words("Scan::blocks", block_count + 1)?,
-            count,
-        };
+        sums: &Sums,
+    ) {
+        let pass = format!("{stage}/scan");
         let params = recorder.uniform(&ScanParams { count, _pad: [0; 3] });
         let [from, before, blocks] = [counts, &sums.before, &sums.blocks].map(|b| b.as_entire_binding());
         recorder.compute(
-            "voxel/structure/scan",
+            &pass,
             &self.blocks,
             &[params.binding(), from, before, blocks.clone()],
-            [block_count, 1, 1],
+            [count.div_ceil(SCAN_BLOCK), 1, 1],
         );
-        recorder.compute("voxel/structure/scan", &self.totals, &[params.binding(), blocks], [1, 1, 1]);
-        Ok(sums)
+        recorder.compute(&pass, &self.totals, &[params.binding(), blocks], [1, 1, 1]);
     }
 }
 
 impl Sums {
-    /// Waits for the sum of all.
+    /// Room for the sums of this many words.
+    pub(crate) fn new(gpu: &Gpu, count: u32) -> Result<Self, GpuError> {
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let words = |label, n: u32| gpu.buffer(Room::Voxels, label, 4 * u64::from(n), usage);
+        Ok(Self {
+            before: words("Scan::before", count)?,
+            blocks: words("Scan::blocks", count.div_ceil(SCAN_BLOCK) + 1)?,
+            count,
+        })
+    }
+
+    /// Word of `blocks` that holds the sum of all, after a scan of this many words.
+    pub(crate) fn total_word(count: u32) -> u32 {
+        count.div_ceil(SCAN_BLOCK)
+    }
+
+    /// Waits for the sum of all, after a scan of as many words as there is room for.
     pub(crate) fn total(&self, recorder: &mut Recorder<'_>) -> Result<u32, GpuError> {
         recorder.flush();
         let blocks: Vec<u32> = recorder.gpu().read_buffer(&self.blocks)?;
-        Ok(blocks.get(self.count.div_ceil(SCAN_BLOCK) as usize).copied().unwrap_or(0))
+        Ok(blocks.get(Self::total_word(self.count) as usize).copied().unwrap_or(0))
     }
 }
