@@ -39,33 +39,3 @@ fn edge_lobe_weight(centre: vec4u, tap: vec4u, rows: vec2f, size: vec2i, spread:
     let unlike = abs(edge_roughness(tap) - roughness) / max(fraction * roughness, 1e-6);
     return exp(-0.5 * far) * max(1.0 - unlike, 0.0);
 }
-
-// Weighted sums of a lobe; lengths only over taps that have one.
-struct EdgeSum {
-    rgb: vec3f,
-    weight: f32,
-    length: f32,
-    length_weight: f32,
-}
-
-fn edge_sum_add(sum: EdgeSum, light: vec4f, weight: f32) -> EdgeSum {
-    let length_weight = select(0.0, weight, light.a > 0.0);
-    return EdgeSum(
-        sum.rgb + weight * light.rgb,
-        sum.weight + weight,
-        sum.length + length_weight * light.a,
-        sum.length_weight + length_weight,
-    );
-}
-
-// Where every tap lies beyond an edge or has nothing to give, what was there before stays: a pixel without light of its
-// own that an earlier pass filled.
-fn edge_sum_mean(sum: EdgeSum, before: vec4f) -> vec4f {
-    let rgb = select(before.rgb, sum.rgb / max(sum.weight, 1e-20), sum.weight > 1e-20);
-    let length = select(before.a, sum.length / max(sum.length_weight, 1e-20), sum.length_weight > 1e-20);
-    return half_rounded(vec4f(rgb, length));
-}
-
-fn edge_untouched(light: vec4f) -> vec4f {
-    return select(vec4f(0.0), light, all(half_is_finite(light)));
-}
