@@ -5,6 +5,8 @@
 //! | "denoised through a two-pass, five-phase blur process" | [`five_phase`] |
 //! | - (Dammertz et al. 2010, for comparison) | [`atrous`] |
 //! | - (Schied et al. 2017, for comparison) | [`svgf`] |
+//! | - (in the manner of ReBLUR, for comparison) | [`recurrent`] |
+//! | - (the mean over time alone) | [`accumulate`] |
 //! | the same street without a filter, to measure what one is worth | [`identity`] |
 //!
 //! **A new denoiser**: copy the folder `identity/`, rename it, and add one line to [`all`]. The folder's name is the
@@ -22,12 +24,14 @@
 //! - **Roughness belongs to the lobe.** The diffuse lobe is filtered as roughness 1, the specular one as the rougher of
 //!   the surface's two; so mirrors and clear glass, whose light is a picture of something else, stay as they are.
 
+pub mod accumulate;
 pub mod atrous;
 pub mod edge;
 pub mod five_phase;
 pub mod identity;
 pub mod light;
 pub mod lobes;
+pub mod recurrent;
 pub mod svgf;
 pub mod temporal;
 
@@ -112,6 +116,8 @@ pub fn all() -> &'static [(&'static str, Constructor)] {
         ("five_phase", |gpu| Ok(Box::new(five_phase::FivePhase::new(gpu)?))),
         ("atrous", |gpu| Ok(Box::new(atrous::Atrous::new(gpu)?))),
         ("svgf", |gpu| Ok(Box::new(svgf::Svgf::new(gpu)?))),
+        ("recurrent", |gpu| Ok(Box::new(recurrent::Recurrent::new(gpu)?))),
+        ("accumulate", |gpu| Ok(Box::new(accumulate::Accumulate::new(gpu)?))),
     ]
 }
 

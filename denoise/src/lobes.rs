@@ -62,7 +62,22 @@ pub fn pair(
     size: [u32; 2],
     has_specular: bool,
 ) -> Result<[Texture; 2], GpuError> {
-    let lobe = |size| picture(gpu, room, label, size, RadianceImage::FORMAT);
+    pair_as(gpu, room, label, size, has_specular, RadianceImage::FORMAT)
+}
+
+/// The same in another format.
+///
+/// # Errors
+/// Too large, or out of memory.
+pub fn pair_as(
+    gpu: &Gpu,
+    room: Room,
+    label: &str,
+    size: [u32; 2],
+    has_specular: bool,
+    format: TextureFormat,
+) -> Result<[Texture; 2], GpuError> {
+    let lobe = |size| picture(gpu, room, label, size, format);
     Ok([lobe(size)?, lobe(if has_specular { size } else { [1, 1] })?])
 }
 

@@ -135,7 +135,13 @@ fn a_firefly_keeps_the_light_within_the_bound() {
     each(|gpu, name, denoiser| {
         for (x, y) in [(32, 24), (0, 0), (63, 20), (5, 47)] {
             let mut shot = glossy_wall(size);
-            shot.noisy.diffuse = noise(size, 3).map(|light| light.map(|v| 0.5 * v));
+            let lengths = noise(size, 4);
+            shot.noisy.diffuse = noise(size, 3).map(|[r, g, b, _]| [0.5 * r, g, b, 0.0]);
+            shot.noisy.diffuse = Image::from_fn(size, |x, y| {
+                let [x, y] = [x as i32, y as i32];
+                let [r, g, b, _] = shot.noisy.diffuse.get(x, y).unwrap();
+                [r, g, b, 4.0 * lengths.get(x, y).unwrap()[0]]
+            });
             *shot.noisy.diffuse.get_mut(x, y).unwrap() = [1e4, 1e4, 1e4, 1.0];
             shot.noisy.specular = Some(shot.noisy.diffuse.clone());
             let before = sum(&halves(&shot.noisy.diffuse));

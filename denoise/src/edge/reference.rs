@@ -38,13 +38,39 @@ pub fn face_normal(texel: [u32; 4]) -> Vec3 {
     face_normal_unpack(texel[2])
 }
 
-fn roughness(texel: [u32; 4]) -> f32 {
+/// 0..1, the higher of the two.
+pub fn roughness(texel: [u32; 4]) -> f32 {
     (texel[1] >> 24) as f32 / 255.0
 }
 
 /// Metres that one row spans at the depth of the pixel.
 pub fn footprint(frame: &Frame, texel: [u32; 4], size: IVec2) -> f32 {
     (f32::from_bits(texel[0]) * 2.0 * Vec3::from(frame.up).length() / size.y as f32).max(1e-30)
+}
+
+/// A tap's weight by its geometry: the cosine between normals to a power, and the distance from the centre's plane in
+/// `rows`.
+pub fn geometry_weight(
+    frame: &Frame,
+    edge: &Image<[u32; 4]>,
+    [p, q]: [IVec2; 2],
+    power: f32,
+    rows: f32,
+) -> f32 {
+    let size = size_of(edge);
+    let (centre, tap) = (at(edge, p), at(edge, q));
+    let away = position(frame, tap, q, size) - position(frame, centre, p, size);
+    let plane = face_normal(centre).dot(away).abs() / footprint(frame, centre, size);
+    let facing = normal(tap).dot(normal(centre));
+    let turned = if facing > 0.0 { -power * facing.clamp(0.01, 1.0).ln() } else { 80.0 };
+    (-(turned + (plane / rows.max(1e-6)).min(80.0))).exp()
+}
+
+/// How unlike two roughnesses may be: 1 for equal ones, 0 from `fraction` of the centre's on.
+pub fn roughness_weight([centre, tap]: [[u32; 4]; 2], fraction: f32) -> f32 {
+    let wanted = roughness(centre);
+    let unlike = (roughness(tap) - wanted).abs() / (fraction * wanted).max(1e-6);
+    (1.0 - unlike).max(0.0)
 }
 
 /// What the specular lobe's width leaves of a tap `rows` away.
@@ -58,8 +84,7 @@ pub fn lobe_weight(
     let wanted = roughness(centre);
     let radius = spread * wanted * wanted * size.y as f32 / (2.0 * Vec3::from(frame.up).length());
     let far = rows.length_squared() / (radius * radius).max(1e-6);
-    let unlike = (roughness(tap) - wanted).abs() / (fraction * wanted).max(1e-6);
-    (-0.5 * far).exp() * (1.0 - unlike).max(0.0)
+    (-0.5 * far).exp() * roughness_weight([centre, tap], fraction)
 }
 
 /// The four words of each pixel; `motion_id` is the object alone.

@@ -68,7 +68,7 @@ fn level(@builtin(global_invocation_id) id: vec3u) {
     if (any(p >= size)) {
         return;
     }
-    let centre = svgf_centre(p, size);
+    let centre = edge_centre(textureLoad(in_edge, p, 0), p, size);
     let takes_diffuse = (centre.texel.w & EDGE_DIFFUSE_TAKES) != 0u;
     let takes_specular = (centre.texel.w & EDGE_SPECULAR_TAKES) != 0u;
     let variance_before = level_variances(p);

@@ -42,7 +42,7 @@ use filter::Filter;
 pub use settings::Settings;
 
 use crate::lobes;
-use crate::temporal::{Input, Temporal};
+use crate::temporal::{Input, Needs, Temporal};
 use crate::{Denoiser, Guides, Need};
 use frame::info::FrameInfo;
 use frame::{GBuffer, Gpu, GpuError, Knob, RadianceImage, Recorder, Room, Texture, Uniform, gpu_struct};
@@ -92,7 +92,7 @@ impl Svgf {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             settings: Settings::default(),
-            temporal: Temporal::new(gpu, "svgf", false)?,
+            temporal: Temporal::new(gpu, "svgf", Needs::default())?,
             filter: Filter::new(gpu, "svgf")?,
             history: lobes::pair(gpu, Room::History, "Svgf::history", [1, 1], false)?,
         })

@@ -1,7 +1,7 @@
 //! The CPU half: the same functions as the shaders, in the same order, in f32 like them.
 
 use super::SvgfParams;
-use crate::edge::reference::{TAKES, face_normal, footprint, lobe_weight, normal, position};
+use crate::edge::reference::{TAKES, geometry_weight as edge_weight, lobe_weight};
 use crate::light::reference::{LightSum, at, mirrored, size_of};
 use crate::temporal::reference::Lobe;
 use frame::cpu::{Image, luminance};
@@ -22,18 +22,19 @@ fn geometry_weight(
     offset: IVec2,
     lobe: usize,
 ) -> f32 {
-    let size = size_of(edge);
-    let (centre, tap) = (at(edge, p), at(edge, q));
-    let away = position(frame, tap, q, size) - position(frame, centre, p, size);
-    let plane = face_normal(centre).dot(away).abs() / footprint(frame, centre, size);
-    let facing = normal(tap).dot(normal(centre));
-    let turned = if facing > 0.0 { -params.sigma_normal * facing.clamp(0.01, 1.0).ln() } else { 80.0 };
-    let weight = (-(turned + (plane / params.sigma_depth.max(1e-6)).min(80.0))).exp();
+    let weight = edge_weight(frame, edge, [p, q], params.sigma_normal, params.sigma_depth);
     if lobe == 0 {
         return weight;
     }
     let rows = offset.as_vec2() * Vec2::new(params.rows_per_column, 1.0);
-    weight * lobe_weight(frame, [centre, tap], rows, size, [params.lobe_spread, params.roughness_fraction])
+    weight
+        * lobe_weight(
+            frame,
+            [at(edge, p), at(edge, q)],
+            rows,
+            size_of(edge),
+            [params.lobe_spread, params.roughness_fraction],
+        )
 }
 
 fn variance_of([mean, square]: [f32; 2]) -> f32 {

@@ -21,7 +21,7 @@ fn variance(@builtin(global_invocation_id) id: vec3u) {
     if (any(p >= size)) {
         return;
     }
-    let centre = svgf_centre(p, size);
+    let centre = edge_centre(textureLoad(in_edge, p, 0), p, size);
     let packed = textureLoad(in_frames, p, 0).r;
     let frames = vec2u(packed & 0xffffu, packed >> 16u);
     let is_short = frames < vec2u(VARIANCE_FRAMES);

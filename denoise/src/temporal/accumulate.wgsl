@@ -1,5 +1,5 @@
 // Finds a pixel in the last frame, and mixes its light and moments with what was found. Formula, units: mod.rs beside
-// this file.
+// this file. After one of the two that say what light is kept as.
 
 @group(2) @binding(3) var in_diffuse: texture_2d<f32>;
 @group(2) @binding(4) var in_specular: texture_2d<f32>;
@@ -9,8 +9,6 @@
 @group(2) @binding(8) var in_frames_before: texture_2d<u32>;
 // Share of history to forget, diffuse in x, specular in y; read only where `has_haste`.
 @group(2) @binding(9) var in_haste: texture_2d<f32>;
-@group(3) @binding(0) var out_diffuse: texture_storage_2d<rgba16float, write>;
-@group(3) @binding(1) var out_specular: texture_storage_2d<rgba16float, write>;
 @group(3) @binding(2) var out_moments: texture_storage_2d<rgba32float, write>;
 @group(3) @binding(3) var out_frames: texture_storage_2d<r32uint, write>;
 
@@ -113,7 +111,7 @@ fn temporal_accumulate(kept: Kept, light: vec4f, gives: bool, haste: f32) -> Acc
     let moments = mix(kept.moments / weight, vec2f(y, y * y), alpha_moments);
     let exists = frames > 0.0;
     return Accumulated(
-        half_rounded(select(light, vec4f(rgb, length), exists)),
+        temporal_stored(select(light, vec4f(rgb, length), exists)),
         select(vec2f(0.0), moments, exists),
         u32(frames),
     );

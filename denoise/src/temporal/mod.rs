@@ -154,6 +154,15 @@ pub struct Input<'a> {
     pub noisy: &'a RadianceImage,
 }
 
+/// What somebody who mixes frames needs besides.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// A share of history to forget is handed in.
+    pub haste: bool,
+    /// Means of more than 32 frames: light is kept as `rgba32float`, not `rgba16float`.
+    pub precise: bool,
+}
+
 /// Mixes each frame with the last.
 pub struct Temporal {
     pass: String,
@@ -164,6 +173,8 @@ pub struct Temporal {
     moments: [Texture; 2],
     frames: [Texture; 2],
     now: usize,
+    /// The same of the counts, which somebody else may rewrite within a frame.
+    frames_now: usize,
 }
 
 impl Temporal {
@@ -171,8 +182,12 @@ impl Temporal {
     ///
     /// # Errors
     /// A kernel was refused.
-    pub fn new(gpu: &Gpu, name: &str, has_haste: bool) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, name: &str, needs: Needs) -> Result<Self, GpuError> {
         let pass = format!("denoise/{name}/accumulate");
+        let (format, kept_as) = match needs.precise {
+            true => (TextureFormat::Rgba32Float, include_str!("float.inc.wgsl")),
+            false => (RadianceImage::FORMAT, include_str!("half.inc.wgsl")),
+        };
         let bindings = [
             Bind::uniform::<Frame>(0, 0, "frame"),
             Bind::uniform::<TemporalParams>(0, 1, "params"),
@@ -186,8 +201,8 @@ impl Temporal {
             Bind::texture(2, 7, "in_moments_before"),
             Bind::texture_uint(2, 8, "in_frames_before"),
             Bind::texture(2, 9, "in_haste"),
-            Bind::storage_texture(3, 0, "out_diffuse", RadianceImage::FORMAT),
-            Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
+            Bind::storage_texture(3, 0, "out_diffuse", format),
+            Bind::storage_texture(3, 1, "out_specular", format),
             Bind::storage_texture(3, 2, "out_moments", MOMENTS),
             Bind::storage_texture(3, 3, "out_frames", FRAMES),
         ];
@@ -195,13 +210,13 @@ impl Temporal {
             gpu,
             &pass,
             "temporal_accumulate_frame",
-            &[WGSL, include_str!("accumulate.wgsl")],
+            &[WGSL, kept_as, include_str!("accumulate.wgsl")],
             &bindings,
-            &[("has_haste", f64::from(has_haste))],
+            &[("has_haste", f64::from(needs.haste))],
         )?;
         let [edges, moments, frames] = Self::pictures(gpu, [1, 1])?;
         let packer = EdgePacker::new(gpu, &format!("denoise/{name}/edge"))?;
-        Ok(Self { pass, packer, kernel, edges, moments, frames, now: 0 })
+        Ok(Self { pass, packer, kernel, edges, moments, frames, now: 0, frames_now: 0 })
     }
 
     fn pictures(gpu: &Gpu, size: [u32; 2]) -> Result<[[Texture; 2]; 3], GpuError> {
@@ -291,7 +306,7 @@ impl Temporal {
 
     /// This frame's counts.
     pub fn frames(&self) -> &Texture {
-        &self.frames[self.now]
+        &self.frames[self.frames_now]
     }
 
     /// The last frame's moments.
@@ -301,11 +316,17 @@ impl Temporal {
 
     /// The last frame's counts.
     pub fn frames_before(&self) -> &Texture {
-        &self.frames[1 - self.now]
+        &self.frames[1 - self.frames_now]
     }
 
     /// Ends the frame: what it wrote is the next one's past.
     pub fn turn(&mut self) {
         self.now = 1 - self.now;
+        self.swap_frames();
+    }
+
+    /// Counts that a later pass wrote over the last frame's are this frame's from now on.
+    pub fn swap_frames(&mut self) {
+        self.frames_now = 1 - self.frames_now;
     }
 }
