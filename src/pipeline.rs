@@ -4,7 +4,7 @@
 //! records every stage, submits, and returns what each of them made.
 
 use crate::reference::Moments;
-use crate::settings::{Model, Preset, RenderSettings, open};
+use crate::settings::{KnobSetting, Model, Preset, RenderSettings, open};
 use crate::world::{Searches, Site};
 use crate::{Error, Progress};
 use denoise::Denoiser;
@@ -473,6 +473,27 @@ impl Pipeline {
         let paths = log.counts.get("paths").copied().unwrap_or(0.0);
         log.counts.insert("mean_spp".into(), paths / pixels);
     }
+}
+
+/// A denoiser by its name.
+///
+/// # Errors
+/// No such name, or the driver refuses a kernel.
+pub fn denoiser(gpu: &Gpu, name: &str) -> Result<Box<dyn Denoiser>, Error> {
+    Ok(find("denoiser", name, denoise::all())?(gpu)?)
+}
+
+/// Sets knobs of one stage, the only one that `wanted` may name.
+///
+/// # Errors
+/// Another stage is named, or a knob refuses its value.
+pub fn set_knobs(id: &str, knobs: &mut [Knob<'_>], wanted: &[KnobSetting]) -> Result<(), Error> {
+    wanted.iter().try_for_each(|wanted| match wanted.id == id {
+        true => set(id, knobs, &wanted.knob, &wanted.value),
+        false => {
+            Err(Error::NoSuchStage { id: wanted.id.clone(), knob: wanted.knob.clone(), known: id.into() })
+        }
+    })
 }
 
 fn set(id: &str, knobs: &mut [Knob<'_>], name: &str, value: &str) -> Result<(), Error> {
