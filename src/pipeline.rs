@@ -134,7 +134,7 @@ impl Pipeline {
         pipeline.gather.resize(&pipeline.gpu, &[settings.trace_size, settings.display_size])?;
         pipeline.tracer.resize(&pipeline.gpu, &pipeline.world, settings.trace_size, &pipeline.paths)?;
         pipeline.denoiser.resize(&pipeline.gpu, settings.trace_size, specular)?;
-        pipeline.upsampler.resize(&pipeline.gpu, settings.display_size, specular)?;
+        pipeline.upsampler.resize(&pipeline.gpu, settings.trace_size, settings.display_size, specular)?;
         Ok(pipeline)
     }
 
@@ -182,7 +182,7 @@ impl Pipeline {
             self.denoiser.resize(&self.gpu, settings.trace_size, specular)?;
         }
         if another[2] {
-            self.upsampler.resize(&self.gpu, settings.display_size, specular)?;
+            self.upsampler.resize(&self.gpu, settings.trace_size, settings.display_size, specular)?;
         }
         self.restart();
         Ok(())
@@ -211,7 +211,7 @@ impl Pipeline {
         recorder.on_progress(move |done| progress.report("tracing", done));
         let uniform = recorder.uniform(&frame.uniform());
 
-        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
         if moved {
             self.searches.moved();
         }
@@ -223,7 +223,10 @@ impl Pipeline {
         self.gather.gather(&mut recorder, "gather/trace", &uniform, &self.world, &mesh, &self.trace);
         let display = self.display.as_ref().unwrap_or(&self.trace);
         if self.display.is_some() {
-            self.gather.gather(&mut recorder, "gather/display", &uniform, &self.world, &mesh, display);
+            // Jitter belongs to the trace pixels; what is shown stands still.
+            let still = FrameInfo { jitter: [0.0; 2], previous_jitter: [0.0; 2], ..frame.clone() };
+            let still = recorder.uniform(&still.uniform());
+            self.gather.gather(&mut recorder, "gather/display", &still, &self.world, &mesh, display);
         }
         // Gathering keeps the device busy while the number of moving bricks comes back.
         let mut build_log = self.searches.build(&mut recorder, search, site)?;
@@ -270,7 +273,7 @@ impl Pipeline {
     ) -> Result<R, Error> {
         let frame = self.next_frame()?;
         let mut recorder = Recorder::new(&self.gpu);
-        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
         let site =
             Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
         for search in searches {
@@ -309,7 +312,7 @@ impl Pipeline {
         for band in sampler.bands() {
             let mut recorder = Recorder::new(&self.gpu);
             let uniform = recorder.uniform(&frame.uniform());
-            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
             let site = Site {
                 scene: &self.world,
                 mesh: &mesh,

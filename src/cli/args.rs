@@ -5,7 +5,7 @@ use super::view::{BEST_BVH, StreetArgs, ViewArgs, stage_id};
 use crate::Error;
 use crate::foreign::DepthKind;
 use crate::report::Shard;
-use crate::settings::{RenderSettings, View};
+use crate::settings::{KnobSetting, RenderSettings, View};
 use crate::stages::Kind;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;

@@ -29,9 +29,10 @@ mod tests;
 use crate::emitters::{Counted, Emitters, Factors};
 use crate::grid::{BRICK_CELLS, GRID_WGSL, Layout};
 use crate::raster::{Input, Raster, Rounds};
-use crate::structure::{Batch, SCAN_CONSTANTS, Sums, rows};
+use crate::structure::{Batch, Sums, rows};
 use crate::voxelizer::words;
 use crate::{Grid, VoxelError, VoxelGrid, Voxelizer};
+use frame::scan::SCAN_WGSL;
 use frame::scene_gpu::{GpuMesh, GpuScene, MESH_BINDS, MESH_WGSL};
 use frame::{Bind, Buffer, FrameLog, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room};
 use frame::{Texture, surface};
@@ -174,7 +175,7 @@ impl Scratch {
             bricks: words(gpu, "Revoxelizer::bricks", u64::from(first_slot + capacity))?,
             keys: words(gpu, "Revoxelizer::keys", cells)?,
             counts: words(gpu, "Revoxelizer::counts", u64::from(slots))?,
-            sums: Sums::new(gpu, slots)?,
+            sums: Sums::new(gpu, Room::Voxels, slots)?,
             list: words(gpu, "Revoxelizer::list", 2 * cells)?,
             resolve: gpu.buffer(Room::Voxels, "Revoxelizer::resolve", 16, storage | BufferUsages::UNIFORM)?,
             groups: gpu.buffer(Room::Voxels, "Revoxelizer::groups", 12, storage | BufferUsages::INDIRECT)?,
@@ -191,7 +192,7 @@ impl Revoxelizer {
                 gpu,
                 &KernelDesc {
                     name: entry,
-                    sources: &[SCAN_CONSTANTS, GRID_WGSL, include_str!("revoxelize.wgsl")],
+                    sources: &[SCAN_WGSL, GRID_WGSL, include_str!("revoxelize.wgsl")],
                     entry,
                     workgroup: [workgroup, 1, 1],
                     bindings: &all,
@@ -357,7 +358,7 @@ impl Rest {
             factors,
             target: Raster::target(gpu, layout.longest())?,
             marks: words(gpu, "Revoxelizer::marks", brick_cells.into())?,
-            sums: Sums::new(gpu, brick_cells)?,
+            sums: Sums::new(gpu, Room::Voxels, brick_cells)?,
             rounds: Rounds::new(gpu)?,
             counters: words(gpu, "Revoxelizer::counters", 2 * COUNTERS.len() as u64)?,
             clipped: words(gpu, "Revoxelizer::clipped", 2)?,
