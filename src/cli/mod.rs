@@ -6,6 +6,7 @@ mod args;
 mod bar;
 mod compare;
 mod info;
+mod line;
 mod list;
 mod metrics;
 mod reference;
@@ -15,6 +16,7 @@ mod table;
 mod values;
 
 pub use args::{Cli, StreetArgs};
+pub use line::{parse_render_line, render_line};
 
 use crate::Error;
 use args::Command;

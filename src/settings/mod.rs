@@ -122,6 +122,28 @@ pub enum Preset {
     Gltf,
 }
 
+impl Preset {
+    /// What it sets, as (stage, knob, value); the rest stays as the stages have it.
+    pub fn knobs(self) -> &'static [(&'static str, &'static str, &'static str)] {
+        match self {
+            Self::Default => &[],
+            Self::Paper => &[
+                ("voxel", "elevation", "voxel"),
+                ("voxel", "axes", "dominant"),
+                ("tracer", "samples", "roughness"),
+                ("tracer", "next_event", "off"),
+                ("tracer", "both_branches", "off"),
+                ("best_candidate", "plane_test", "off"),
+            ],
+            Self::Gltf => &[
+                ("gather", "mips", "off"),
+                ("gather", "bend", "off"),
+                ("tracer", "conventions", "reference"),
+            ],
+        }
+    }
+}
+
 /// Where the camera comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]

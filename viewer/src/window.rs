@@ -1,22 +1,49 @@
-//! The window's life: opened once, drawn when asked, closed by its user or after a number of frames.
+//! The window's life: events go to the panels, orders to the worker, pictures come back. Nothing here waits for either.
 
-use crate::Failure;
-use crate::blit::Blitter;
-use frame::{ADAPTER_VARIABLE, Gpu, GpuError};
-use gridlight::pipeline::{Pipeline, Rendered};
-use gridlight::{Progress, RenderSettings};
+use crate::canvas::{self, Canvas};
+use crate::panels::{self, Action, Desk, Screen};
+use crate::script::{Request, Script, Turn};
+use crate::session::Session;
+use crate::shown::Shown;
+use crate::store::Store;
+use crate::widgets::Widgets;
+use crate::worker::{Order, Worker};
+use crate::{Failure, TITLE};
+use egui::ViewportId;
+use gridlight::{RenderSettings, output};
+use std::path::Path;
 use std::sync::Arc;
-use wgpu::CurrentSurfaceTexture;
+use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
-use winit::event::WindowEvent;
-use winit::event_loop::{ActiveEventLoop, EventLoop};
+use winit::event::{StartCause, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
-/// Opens a window and shows pictures until it is closed, or until `frames` of them were shown.
-pub fn run(settings: RenderSettings, adapter: Option<String>, frames: Option<u32>) -> Result<(), Failure> {
-    let mut viewer = Viewer { settings, adapter, frames_left: frames, screen: None, failure: None };
-    EventLoop::new()?.run_app(&mut viewer)?;
+/// Pixels of the window at first: room for panels on both sides of a picture.
+const SIZE: [u32; 2] = [1440, 900];
+
+/// The worker has something to tell.
+struct Wake;
+
+/// What the window is opened with.
+pub struct Options {
+    /// What is rendered first.
+    pub settings: RenderSettings,
+    /// Part of the adapter's name.
+    pub adapter: Option<String>,
+    /// Steps to do.
+    pub script: Option<Script>,
+    /// Pixels, if not as usual.
+    pub size: Option<[u32; 2]>,
+}
+
+/// Opens a window and lives in it until it is closed.
+pub fn run(options: Options) -> Result<(), Failure> {
+    let event_loop = EventLoop::<Wake>::with_user_event().build()?;
+    let proxy = event_loop.create_proxy();
+    let mut viewer = Viewer { options: Some(options), proxy, desk: None, failure: None };
+    event_loop.run_app(&mut viewer)?;
     match viewer.failure {
         Some(failure) => Err(failure),
         None => Ok(()),
@@ -25,162 +52,315 @@ pub fn run(settings: RenderSettings, adapter: Option<String>, frames: Option<u32
 
 /// What the event loop owns.
 struct Viewer {
-    settings: RenderSettings,
-    adapter: Option<String>,
-    frames_left: Option<u32>,
-    screen: Option<Screen>,
+    options: Option<Options>,
+    proxy: EventLoopProxy<Wake>,
+    desk: Option<Open>,
     failure: Option<Failure>,
 }
 
-/// The window, what draws into it, and the last picture.
-struct Screen {
+/// An open window with everything behind it.
+struct Open {
+    // The canvas goes before the window that it belongs to.
+    canvas: Canvas,
+    context: egui::Context,
+    input: egui_winit::State,
+    screen: Screen,
     window: Arc<Window>,
-    surface: wgpu::Surface<'static>,
-    config: wgpu::SurfaceConfiguration,
-    blitter: Blitter,
-    pipeline: Pipeline,
-    picture: Option<Rendered>,
+    adapter: Option<String>,
+    proxy: EventLoopProxy<Wake>,
+    worker: Worker,
+    ordered: Option<Order>,
+    session: Session,
+    shown: Shown,
+    store: Store,
+    script: Option<Script>,
+    widgets: Widgets,
+    /// The longest that an event was worked on: what any input has to wait at most.
+    longest_turn: Duration,
 }
 
-impl ApplicationHandler for Viewer {
+/// How things go on after a frame of panels.
+enum Next {
+    Wait(Option<Instant>),
+    Quit,
+    Fail(Failure),
+}
+
+impl ApplicationHandler<Wake> for Viewer {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.screen.is_none() {
-            match Screen::open(event_loop, &self.settings, self.adapter.as_deref()) {
-                Ok(screen) => self.screen = Some(screen),
+        if let Some(options) = self.options.take() {
+            match Open::new(event_loop, options, &self.proxy) {
+                Ok(open) => self.desk = Some(open),
                 Err(failure) => self.end(event_loop, Some(failure)),
             }
         }
     }
 
+    fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
+        if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.desk) {
+            open.window.request_redraw();
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, _: Wake) {
+        if let Some(open) = &mut self.desk {
+            open.listen();
+            open.window.request_redraw();
+        }
+    }
+
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(screen) = &mut self.screen else { return };
-        match event {
-            WindowEvent::CloseRequested => self.end(event_loop, None),
-            WindowEvent::Resized(size) => screen.resize(size),
-            WindowEvent::RedrawRequested => {
-                // Counted frames are all rendered; otherwise a picture of what stands still is good until it moves.
-                let again = self.frames_left.is_some() || screen.moves();
-                match screen.draw(again) {
-                    Ok(shown) => self.frames_left = self.frames_left.map(|n| n - u32::from(shown)),
-                    Err(failure) => return self.end(event_loop, Some(failure)),
-                }
-                match self.frames_left {
-                    Some(0) => self.end(event_loop, None),
-                    _ if again => screen.window.request_redraw(),
-                    _ => {}
-                }
+        let begun = Instant::now();
+        let Some(open) = &mut self.desk else { return };
+        let next = match event {
+            WindowEvent::CloseRequested => Next::Quit,
+            WindowEvent::RedrawRequested => open.frame(),
+            event => {
+                open.handle(&event);
+                Next::Wait(None)
             }
-            _ => {}
+        };
+        open.longest_turn = open.longest_turn.max(begun.elapsed());
+        match next {
+            Next::Wait(None) => {}
+            Next::Wait(Some(until)) => event_loop.set_control_flow(ControlFlow::WaitUntil(until)),
+            Next::Quit => self.end(event_loop, None),
+            Next::Fail(failure) => self.end(event_loop, Some(failure)),
         }
     }
 }
 
 impl Viewer {
     fn end(&mut self, event_loop: &ActiveEventLoop, failure: Option<Failure>) {
-        // The surface goes before the window that it belongs to.
-        self.screen = None;
+        if let Some(open) = self.desk.take() {
+            if open.script.is_some() {
+                println!("longest turn of the event loop: {:.0} ms", open.longest_turn.as_secs_f64() * 1e3);
+            }
+        }
         self.failure = failure;
         event_loop.exit();
     }
 }
 
-impl Screen {
-    fn open(
-        event_loop: &ActiveEventLoop,
-        settings: &RenderSettings,
-        adapter: Option<&str>,
-    ) -> Result<Self, Failure> {
-        let [width, height] = settings.display_size;
-        let attributes = Window::default_attributes()
-            .with_title(format!("gridlight: {}", settings.scene))
-            .with_inner_size(PhysicalSize::new(width, height));
+fn worker(adapter: Option<String>, proxy: &EventLoopProxy<Wake>) -> std::io::Result<Worker> {
+    let proxy = proxy.clone();
+    Worker::start(
+        adapter,
+        Box::new(move || {
+            // A window that is gone needs no waking.
+            let _ = proxy.send_event(Wake);
+        }),
+    )
+}
+
+impl Open {
+    fn new(event_loop: &ActiveEventLoop, options: Options, proxy: &EventLoopProxy<Wake>) -> Result<Self, Failure> {
+        let [width, height] = options.size.unwrap_or(SIZE);
+        let attributes =
+            Window::default_attributes().with_title(TITLE).with_inner_size(PhysicalSize::new(width, height));
         let window = Arc::new(event_loop.create_window(attributes)?);
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        let surface = instance.create_surface(window.clone())?;
-        let adapter = choose(&instance, &surface, adapter)?;
-        let gpu = Gpu::from_adapter(&adapter)?;
-        let size = window.inner_size();
-        let mut config = surface
-            .get_default_config(&adapter, size.width.max(1), size.height.max(1))
-            .ok_or("the adapter cannot draw into this window")?;
-        // A target that stores what it is given is what user interfaces want, too.
-        if let Some(plain) = surface.get_capabilities(&adapter).formats.into_iter().find(|f| !f.is_srgb()) {
-            config.format = plain;
-        }
-        surface.configure(&gpu.device, &config);
-        let blitter = Blitter::new(&gpu, config.format)?;
-        let pipeline = Pipeline::new(gpu, settings, Progress::default())?;
-        for warning in pipeline.warnings() {
-            eprintln!("warning: {warning}");
-        }
+        let (canvas, context, input) = look(&window, options.adapter.as_deref(), options.script.is_some())?;
         window.request_redraw();
-        Ok(Self { window, surface, config, blitter, pipeline, picture: None })
+        Ok(Self {
+            canvas,
+            context,
+            input,
+            screen: Screen::default(),
+            window,
+            worker: worker(options.adapter.clone(), proxy)?,
+            adapter: options.adapter,
+            proxy: proxy.clone(),
+            ordered: None,
+            session: Session::new(options.settings),
+            shown: Shown::default(),
+            // A script finds the same panels on every machine.
+            store: if options.script.is_some() { Store::default() } else { Store::of_user() },
+            script: options.script,
+            widgets: Widgets::default(),
+            longest_turn: Duration::ZERO,
+        })
     }
 
-    /// Whether the next picture differs from the last.
-    fn moves(&self) -> bool {
-        self.pipeline.scene().needs().motion
+    /// An event that is not a frame.
+    fn handle(&mut self, event: &WindowEvent) {
+        let response = self.input.on_window_event(&self.window, event);
+        match event {
+            WindowEvent::Resized(size) => self.canvas.resize(*size),
+            WindowEvent::DroppedFile(path) => self.open_file(path),
+            _ => {}
+        }
+        if response.repaint || matches!(event, WindowEvent::Resized(_) | WindowEvent::DroppedFile(_)) {
+            self.window.request_redraw();
+        }
     }
 
-    fn resize(&mut self, size: PhysicalSize<u32>) {
-        // A minimised window has no pixels, and a surface must have one.
-        [self.config.width, self.config.height] = [size.width.max(1), size.height.max(1)];
-        self.configure();
+    fn open_file(&mut self, path: &Path) {
+        if let Err(why) = self.session.open_file(path) {
+            self.shown.say(why);
+        }
+    }
+
+    /// Takes in what the worker told.
+    fn listen(&mut self) {
+        while let Some(event) = self.worker.event() {
+            let scene = self.shown.scene.as_ref().map(|facts| facts.settings.scene.clone());
+            self.shown.take(event, &mut self.session);
+            if let Some(facts) = self.shown.scene.as_ref().filter(|facts| Some(&facts.settings.scene) != scene.as_ref()) {
+                self.store.opened(&facts.settings.scene);
+                self.window.set_title(&format!("{TITLE}: {}", facts.settings.scene));
+            }
+        }
+        if self.worker.is_gone() {
+            self.shown.say("the renderer stopped and is started again; see the terminal for why".into());
+            match worker(self.adapter.clone(), &self.proxy) {
+                Ok(worker) => self.worker = worker,
+                Err(e) => self.shown.say(format!("it cannot be: {e}")),
+            }
+            self.ordered = None;
+        }
+    }
+
+    /// One frame of panels.
+    fn frame(&mut self) -> Next {
+        self.listen();
+        let mut asked = None;
+        let mut events = Vec::new();
+        if let Some(script) = &mut self.script {
+            match script.turn(&self.session, &self.shown, &self.widgets) {
+                Turn::Events(more) => events = more,
+                Turn::Ask(Request::Quit) => return Next::Quit,
+                Turn::Ask(request) => asked = Some(request),
+                Turn::Wait => {}
+                Turn::Stuck(why) => return Next::Fail(why.into()),
+            }
+        }
+        let mut input = self.input.take_egui_input(&self.window);
+        input.events.extend(events);
+        if input.screen_rect.is_none() {
+            // Minimised: there is nothing to lay out in.
+            return Next::Wait(None);
+        }
+        let mut actions = Vec::new();
+        let mut desk = Desk {
+            session: &mut self.session,
+            shown: &mut self.shown,
+            screen: &mut self.screen,
+            store: &mut self.store,
+            actions: &mut actions,
+        };
+        let context = self.context.clone();
+        let mut full = context.run_ui(input, |ui| panels::show(ui, &mut desk));
+        self.widgets = Widgets::of(full.platform_output.accesskit_update.as_ref());
+        self.input.handle_platform_output(&self.window, full.platform_output);
+        let shapes = self.context.tessellate(full.shapes, full.pixels_per_point);
+        self.canvas.take_textures(&mut full.textures_delta);
+        let shown = self.canvas.draw(&shapes, full.pixels_per_point);
+        for action in actions {
+            self.act(action, &shapes, full.pixels_per_point);
+        }
+        if let Some(request) = asked {
+            self.obey(request, &shapes, full.pixels_per_point);
+        }
+        self.canvas.free_textures(&mut full.textures_delta);
+        self.send_order();
+        if shown == canvas::Shown::Lost {
+            if let Err(failure) = self.look_again() {
+                return Next::Fail(failure);
+            }
+        }
+        let delay = full.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
+        let plays = self.script.as_ref().is_some_and(Script::is_going_on);
+        if delay.is_zero() || shown == canvas::Shown::Later {
+            self.window.request_redraw();
+        }
+        // A script looks again and again whether what it waits for is there.
+        let delay = if plays { delay.min(Duration::from_millis(15)) } else { delay };
+        Next::Wait(Instant::now().checked_add(delay.min(Duration::from_secs(3600))))
+    }
+
+    fn send_order(&mut self) {
+        let order = self.session.order();
+        if self.ordered.as_ref() != Some(&order) && self.worker.order(order.clone()) {
+            self.ordered = Some(order);
+        }
+    }
+
+    /// The surface is lost: another, and everything that was on its device.
+    fn look_again(&mut self) -> Result<(), Failure> {
+        self.shown.say("the window's surface was lost; another is made".into());
+        self.screen = Screen::default();
+        let by_script = self.script.is_some();
+        (self.canvas, self.context, self.input) = look(&self.window, self.adapter.as_deref(), by_script)?;
         self.window.request_redraw();
+        Ok(())
     }
 
-    fn configure(&self) {
-        self.surface.configure(&self.pipeline.gpu().device, &self.config);
+    fn act(&mut self, action: Action, shapes: &[egui::ClippedPrimitive], pixels_per_point: f32) {
+        match action {
+            Action::Copy(text) => self.input.set_clipboard_text(text),
+            Action::Paste => match self.input.clipboard_text() {
+                Some(line) => self.apply_line(&line),
+                None => self.shown.say("the clipboard holds no text".into()),
+            },
+            Action::SaveScreenshot(path) => self.save_screenshot(&path, shapes, pixels_per_point),
+            Action::SavePicture(path) => self.save_picture(&path),
+        }
     }
 
-    /// Renders if `again` or for the first time, and shows. False if the surface had no texture to give right now.
-    fn draw(&mut self, again: bool) -> Result<bool, Failure> {
-        let texture = match self.surface.get_current_texture() {
-            CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => texture,
-            // Nobody sees it; the system asks again when somebody does.
-            CurrentSurfaceTexture::Occluded => return Ok(false),
-            CurrentSurfaceTexture::Timeout => {
-                self.window.request_redraw();
-                return Ok(false);
+    fn obey(&mut self, request: Request, shapes: &[egui::ClippedPrimitive], pixels_per_point: f32) {
+        match request {
+            Request::Resize([width, height]) => {
+                // Where the size is granted at once no event says so.
+                if let Some(size) = self.window.request_inner_size(PhysicalSize::new(width, height)) {
+                    self.canvas.resize(size);
+                }
             }
-            CurrentSurfaceTexture::Outdated => {
-                self.configure();
-                self.window.request_redraw();
-                return Ok(false);
-            }
-            CurrentSurfaceTexture::Lost => return Err("the window's surface was lost".into()),
-            CurrentSurfaceTexture::Validation => return Err("the window's surface is not valid".into()),
+            Request::Drop(path) => self.open_file(&path),
+            Request::Line(line) => self.apply_line(&line),
+            Request::Screenshot(path) => self.save_screenshot(&path, shapes, pixels_per_point),
+            Request::Picture(path) => self.save_picture(&path),
+            Request::Quit => {}
+        }
+    }
+
+    fn apply_line(&mut self, line: &str) {
+        if let Err(why) = self.session.apply_line(line) {
+            self.shown.say(why);
+        }
+    }
+
+    fn save_screenshot(&mut self, path: &Path, shapes: &[egui::ClippedPrimitive], pixels_per_point: f32) {
+        let taken = self.canvas.screenshot(shapes, pixels_per_point).map_err(gridlight::Error::from);
+        if let Err(e) = taken.and_then(|picture| output::color_png(path, &picture, 0.0)) {
+            self.shown.say(e.to_string());
+        }
+    }
+
+    fn save_picture(&mut self, path: &Path) {
+        let Some(frame) = &self.shown.frames[self.session.edited.index()] else {
+            return self.shown.say("there is no picture yet".into());
         };
-        let rendered = match self.picture.take() {
-            Some(picture) if !again => picture,
-            _ => self.pipeline.render()?,
-        };
-        let gpu = self.pipeline.gpu();
-        self.blitter.draw(gpu, &rendered.color, rendered.frame.radiance_scale, &texture.texture)?;
-        gpu.queue.present(texture);
-        self.picture = Some(rendered);
-        Ok(true)
+        if let Err(e) = output::color_exr(path, &frame.radiance) {
+            self.shown.say(e.to_string());
+        }
     }
 }
 
-/// An adapter that can draw into the surface: the named one, or the one wgpu would take.
-fn choose(
-    instance: &wgpu::Instance,
-    surface: &wgpu::Surface<'_>,
-    name: Option<&str>,
-) -> Result<wgpu::Adapter, GpuError> {
-    let wanted = name.map(str::to_owned).or_else(|| std::env::var(ADAPTER_VARIABLE).ok()).unwrap_or_default();
-    let mut fitting: Vec<_> = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
-        .into_iter()
-        .filter(|adapter| adapter.is_surface_supported(surface))
-        .collect();
-    let found = fitting.iter().map(|a| a.get_info().name).collect::<Vec<_>>().join(", ");
-    fitting.retain(|a| a.get_info().name.to_lowercase().contains(&wanted.to_lowercase()));
-    // The software adapter only where there is nothing else.
-    fitting.sort_by_key(|adapter| adapter.get_info().device_type == wgpu::DeviceType::Cpu);
-    let wanted = if wanted.is_empty() { String::new() } else { format!(" named \"{wanted}\"") };
-    fitting
-        .into_iter()
-        .next()
-        .ok_or_else(|| GpuError::NoAdapter { wanted: format!("{wanted} that draws into windows"), found })
+/// What draws into the window, and what listens to it.
+fn look(
+    window: &Arc<Window>,
+    adapter: Option<&str>,
+    by_script: bool,
+) -> Result<(Canvas, egui::Context, egui_winit::State), Failure> {
+    let canvas = Canvas::new(window, adapter)?;
+    let context = egui::Context::default();
+    context.set_theme(egui::Theme::Dark);
+    if by_script {
+        // Scripts find controls by name.
+        context.enable_accesskit();
+    }
+    let scale = Some(window.scale_factor() as f32);
+    let most = Some(canvas.largest_side());
+    let input = egui_winit::State::new(context.clone(), ViewportId::ROOT, window, scale, window.theme(), most);
+    Ok((canvas, context, input))
 }
