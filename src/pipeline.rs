@@ -500,7 +500,7 @@ impl Pipeline {
     fn apply_knobs(&mut self) -> Result<(), Error> {
         let settings = self.settings.clone();
         let defaults = std::mem::take(&mut self.knob_defaults);
-        let reset = self.with_knobs(|mut stages| {
+        let reset: Result<(), Error> = self.with_knobs(|mut stages| {
             for (id, knobs) in &mut stages {
                 for knob in knobs.iter_mut() {
                     if let Some(value) = defaults.get(&(*id, knob.name)) {

@@ -66,7 +66,7 @@ fn sun(ui: &mut Ui, desk: &mut Desk<'_>) {
         desk.session.edit(|s| s.sun = Some(sun));
     }
     if !ui.input(|i| i.pointer.any_down()) {
-        ui.data_mut(|d| d.remove_temp::<SunSetting>(draft));
+        ui.data_mut(|d| d.remove::<SunSetting>(draft));
     }
 }
 
@@ -93,7 +93,7 @@ fn sky(ui: &mut Ui, desk: &mut Desk<'_>) {
                 desk.session.edit(|s| s.sky = Some(SkySetting::Constant(radiance)));
             }
             if !ui.input(|i| i.pointer.any_down()) {
-                ui.data_mut(|d| d.remove_temp::<[f32; 3]>(draft));
+                ui.data_mut(|d| d.remove::<[f32; 3]>(draft));
             }
         }
         Some(SkySetting::File(path)) => {

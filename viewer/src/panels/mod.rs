@@ -92,3 +92,6 @@ fn choice<T: PartialEq + Clone>(
     });
     *chosen != before
 }
+
+#[cfg(test)]
+mod tests;

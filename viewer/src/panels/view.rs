@@ -102,7 +102,7 @@ fn paint(ui: &mut Ui, whole: Rect, desk: &mut Desk<'_>) -> Option<Rect> {
     let stamp = (shown.revision, session.development);
     let picture = |side: usize| shown.frames[side].as_ref().map(|frame| &frame.radiance);
     let screen = &mut *desk.screen;
-    let mut side = |ui: &Ui, index: usize| {
+    let side = |screen: &mut Screen, index: usize| {
         let image = picture(index)?;
         screen.texture(ui, Slot::Side(index), stamp, || Some(picture::develop(image, &session.development)))
     };
@@ -113,7 +113,7 @@ fn paint(ui: &mut Ui, whole: Rect, desk: &mut Desk<'_>) -> Option<Rect> {
             if let Some(texture) = screen.texture(ui, Slot::Output, stamp, made) {
                 return Some(one(ui, whole, &texture, &output.what));
             }
-            let rect = side(ui, edited).map(|texture| one(ui, whole, &texture, &output.what));
+            let rect = side(screen, edited).map(|texture| one(ui, whole, &texture, &output.what));
             return rect;
         }
     }
@@ -124,7 +124,7 @@ fn paint(ui: &mut Ui, whole: Rect, desk: &mut Desk<'_>) -> Option<Rect> {
     let both = picture(0).zip(picture(1)).filter(|_| session.asked.b.is_some());
     match (session.compare, both) {
         (Compare::Split, Some(_)) => {
-            let (a, b) = (side(ui, 0)?, side(ui, 1)?);
+            let (a, b) = (side(screen, 0)?, side(screen, 1)?);
             let rect = fitted(whole, a.size());
             let x = rect.left() + session.divider * rect.width();
             let [left, right] = [rect.with_max_x(x), rect.with_min_x(x)];
@@ -142,7 +142,7 @@ fn paint(ui: &mut Ui, whole: Rect, desk: &mut Desk<'_>) -> Option<Rect> {
             let left = FLICKER_SECONDS - time % FLICKER_SECONDS;
             ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64(left));
             let index = turn as usize;
-            let texture = side(ui, index)?;
+            let texture = side(screen, index)?;
             Some(one(ui, whole, &texture, if index == 0 { "A" } else { "B" }))
         }
         (Compare::Difference, Some((a, b))) => {
@@ -157,7 +157,7 @@ fn paint(ui: &mut Ui, whole: Rect, desk: &mut Desk<'_>) -> Option<Rect> {
             Some(one(ui, whole, &texture, "FLIP of B against A"))
         }
         _ => {
-            let texture = side(ui, if both.is_some() { edited } else { 0 })?;
+            let texture = side(screen, if both.is_some() { edited } else { 0 })?;
             Some(one(ui, whole, &texture, ""))
         }
     }
