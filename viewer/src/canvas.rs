@@ -1,6 +1,7 @@
 //! Draws panels into a window, and what the window shows into a file.
 //!
-//! Its device is the window's own; see [`crate::worker`] for why it is not the renderer's.
+//! Its device is the window's own; see [`crate::worker`] for why it is not the renderer's. [`crate::painter`] calls it from a
+//! thread of its own: presenting waits for the screen, on a software adapter for every pixel.
 
 use crate::Failure;
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};

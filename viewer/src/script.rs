@@ -101,7 +101,7 @@ impl Script {
         let (since, from) = *self.waiting.get_or_insert_with(|| (Instant::now(), shown.frame_count));
         let done = match &step {
             Step::Frames(count) => shown.frame_count >= from + count,
-            Step::Rest => shown.rests || shown.judgement.is_some(),
+            Step::Rest => shown.orders[0] > 0 && shown.orders[0] == shown.orders[1],
             Step::Judged(spp) => shown.judgement.as_ref().is_some_and(|judgement| judgement.spp >= *spp),
             Step::Message(text) => shown.messages.iter().any(|message| message.contains(text)),
             Step::Pass(name) => {

@@ -39,8 +39,8 @@ pub struct Shown {
     pub curves: [Vec<[f64; 2]>; 2],
     /// FLIP of B against A, and its mean.
     pub flip: Option<(Image<f32>, f64)>,
-    /// Nothing is left to do.
-    pub rests: bool,
+    /// Orders that were sent, and those whose work is done.
+    pub orders: [u64; 2],
     /// Frames of A so far.
     pub frame_count: u64,
     /// Raised with everything that changes a picture.
@@ -50,7 +50,6 @@ pub struct Shown {
 impl Shown {
     /// Takes an event in. One that says an order was refused puts the session back to what stands.
     pub fn take(&mut self, event: Event, session: &mut Session) {
-        self.rests = matches!(event, Event::Rests);
         match event {
             Event::Progress(what, done) => self.progress = (done < 1.0).then_some((what, done)),
             Event::Adapter(name) => self.adapter = name,
@@ -90,7 +89,10 @@ impl Shown {
                     session.put_back(a.clone(), rest.first().cloned());
                 }
             }
-            Event::Rests => self.progress = None,
+            Event::Rests(taken) => {
+                self.progress = None;
+                self.orders[1] = taken;
+            }
         }
     }
 

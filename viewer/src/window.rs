@@ -1,6 +1,8 @@
-//! The window's life: events go to the panels, orders to the worker, pictures come back. Nothing here waits for either.
+//! The window's life: events go to the panels, orders to the worker, pictures come back, the painter draws. Nothing here
+//! waits for any of them.
 
-use crate::canvas::{self, Canvas};
+use crate::canvas::Canvas;
+use crate::painter::Painter;
 use crate::panels::{self, Action, Desk, Screen};
 use crate::script::{Request, Script, Turn};
 use crate::session::Session;
@@ -11,7 +13,7 @@ use crate::worker::{Order, Worker};
 use crate::{Failure, TITLE};
 use egui::ViewportId;
 use gridlight::{RenderSettings, output};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
@@ -23,8 +25,14 @@ use winit::window::{Window, WindowId};
 /// Pixels of the window at first: room for panels on both sides of a picture.
 const SIZE: [u32; 2] = [1440, 900];
 
-/// The worker has something to tell.
-struct Wake;
+/// A script waits in steps of so long.
+const LOOK_AGAIN: Duration = Duration::from_millis(15);
+
+/// Another thread has something to tell.
+enum Wake {
+    Worker,
+    Painter,
+}
 
 /// What the window is opened with.
 pub struct Options {
@@ -60,8 +68,8 @@ struct Viewer {
 
 /// An open window with everything behind it.
 struct Open {
-    // The canvas goes before the window that it belongs to.
-    canvas: Canvas,
+    // The painter ends before the window that it draws.
+    painter: Painter,
     context: egui::Context,
     input: egui_winit::State,
     screen: Screen,
@@ -75,8 +83,10 @@ struct Open {
     store: Store,
     script: Option<Script>,
     widgets: Widgets,
-    /// The longest that an event was worked on: what any input has to wait at most.
-    longest_turn: Duration,
+    /// The panels want to be drawn again as soon as they are drawn.
+    moves_by_itself: bool,
+    /// How long each event was worked on: what the next one had to wait.
+    turns: Vec<Duration>,
 }
 
 /// How things go on after a frame of panels.
@@ -102,10 +112,13 @@ impl ApplicationHandler<Wake> for Viewer {
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, _: Wake) {
-        if let Some(open) = &mut self.desk {
-            open.listen();
-            open.window.request_redraw();
+    fn user_event(&mut self, _: &ActiveEventLoop, wake: Wake) {
+        let Some(open) = &mut self.desk else { return };
+        match wake {
+            Wake::Worker => open.window.request_redraw(),
+            // What moves by itself moves as fast as it can be drawn.
+            Wake::Painter if std::mem::take(&mut open.moves_by_itself) => open.window.request_redraw(),
+            Wake::Painter => {}
         }
     }
 
@@ -120,7 +133,7 @@ impl ApplicationHandler<Wake> for Viewer {
                 Next::Wait(None)
             }
         };
-        open.longest_turn = open.longest_turn.max(begun.elapsed());
+        open.turns.push(begun.elapsed());
         match next {
             Next::Wait(None) => {}
             Next::Wait(Some(until)) => event_loop.set_control_flow(ControlFlow::WaitUntil(until)),
@@ -134,12 +147,20 @@ impl Viewer {
     fn end(&mut self, event_loop: &ActiveEventLoop, failure: Option<Failure>) {
         if let Some(open) = self.desk.take() {
             if open.script.is_some() {
-                println!("longest turn of the event loop: {:.0} ms", open.longest_turn.as_secs_f64() * 1e3);
+                println!("{}", turns(&open.turns));
             }
         }
         self.failure = failure;
         event_loop.exit();
     }
+}
+
+/// What input had to wait. The first frame of panels draws the font, before there is anything to click on.
+fn turns(all: &[Duration]) -> String {
+    let longest = all.iter().max().copied().unwrap_or_default();
+    let slow = all.iter().filter(|turn| turn.as_millis() >= 100).count();
+    let longest_ms = longest.as_secs_f64() * 1e3;
+    format!("{} turns of the event loop, {slow} of 100 ms or more, the longest {longest_ms:.0} ms", all.len())
 }
 
 fn worker(adapter: Option<String>, proxy: &EventLoopProxy<Wake>) -> std::io::Result<Worker> {
@@ -148,7 +169,7 @@ fn worker(adapter: Option<String>, proxy: &EventLoopProxy<Wake>) -> std::io::Res
         adapter,
         Box::new(move || {
             // A window that is gone needs no waking.
-            let _ = proxy.send_event(Wake);
+            let _ = proxy.send_event(Wake::Worker);
         }),
     )
 }
@@ -159,10 +180,11 @@ impl Open {
         let attributes =
             Window::default_attributes().with_title(TITLE).with_inner_size(PhysicalSize::new(width, height));
         let window = Arc::new(event_loop.create_window(attributes)?);
-        let (canvas, context, input) = look(&window, options.adapter.as_deref(), options.script.is_some())?;
+        let (painter, context, input) =
+            look(&window, options.adapter.as_deref(), options.script.is_some(), proxy)?;
         window.request_redraw();
         Ok(Self {
-            canvas,
+            painter,
             context,
             input,
             screen: Screen::default(),
@@ -177,7 +199,8 @@ impl Open {
             store: if options.script.is_some() { Store::default() } else { Store::of_user() },
             script: options.script,
             widgets: Widgets::default(),
-            longest_turn: Duration::ZERO,
+            moves_by_itself: false,
+            turns: Vec::new(),
         })
     }
 
@@ -185,7 +208,7 @@ impl Open {
     fn handle(&mut self, event: &WindowEvent) {
         let response = self.input.on_window_event(&self.window, event);
         match event {
-            WindowEvent::Resized(size) => self.canvas.resize(*size),
+            WindowEvent::Resized(size) => self.painter.resize(*size),
             WindowEvent::DroppedFile(path) => self.open_file(path),
             _ => {}
         }
@@ -209,6 +232,9 @@ impl Open {
                 self.store.opened(&facts.settings.scene);
                 self.window.set_title(&format!("{TITLE}: {}", facts.settings.scene));
             }
+        }
+        for message in self.painter.messages() {
+            self.shown.say(message);
         }
         if self.worker.is_gone() {
             self.shown.say("the renderer stopped and is started again; see the terminal for why".into());
@@ -253,34 +279,41 @@ impl Open {
         self.widgets = Widgets::of(full.platform_output.accesskit_update.as_ref());
         self.input.handle_platform_output(&self.window, full.platform_output);
         let shapes = self.context.tessellate(full.shapes, full.pixels_per_point);
-        self.canvas.take_textures(&mut full.textures_delta);
-        let shown = self.canvas.draw(&shapes, full.pixels_per_point);
+        let mut screenshots = Vec::new();
         for action in actions {
-            self.act(action, &shapes, full.pixels_per_point);
+            self.act(action, &mut screenshots);
         }
         if let Some(request) = asked {
-            self.obey(request, &shapes, full.pixels_per_point);
+            self.obey(request, &mut screenshots);
         }
-        self.canvas.free_textures(&mut full.textures_delta);
+        self.painter.draw(shapes, full.pixels_per_point, &mut full.textures_delta, screenshots);
         self.send_order();
-        if shown == canvas::Shown::Lost {
+        if self.painter.is_lost() {
             if let Err(failure) = self.look_again() {
                 return Next::Fail(failure);
             }
         }
         let delay = full.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
-        let plays = self.script.as_ref().is_some_and(Script::is_going_on);
-        if delay.is_zero() || shown == canvas::Shown::Later {
-            self.window.request_redraw();
+        if delay.is_zero() {
+            self.moves_by_itself = true;
+            if self.painter.has_drawn() {
+                self.window.request_redraw();
+            }
         }
         // A script looks again and again whether what it waits for is there.
-        let delay = if plays { delay.min(Duration::from_millis(15)) } else { delay };
+        let plays = self.script.as_ref().is_some_and(Script::is_going_on);
+        let least = if plays { LOOK_AGAIN } else { Duration::MAX };
+        let delay = if delay.is_zero() { least } else { delay.min(least) };
         Next::Wait(Instant::now().checked_add(delay.min(Duration::from_secs(3600))))
     }
 
     fn send_order(&mut self) {
         let order = self.session.order();
-        if self.ordered.as_ref() != Some(&order) && self.worker.order(order.clone()) {
+        if self.ordered.as_ref() == Some(&order) {
+            return;
+        }
+        if let Some(number) = self.worker.order(order.clone()) {
+            self.shown.orders[0] = number;
             self.ordered = Some(order);
         }
     }
@@ -290,34 +323,35 @@ impl Open {
         self.shown.say("the window's surface was lost; another is made".into());
         self.screen = Screen::default();
         let by_script = self.script.is_some();
-        (self.canvas, self.context, self.input) = look(&self.window, self.adapter.as_deref(), by_script)?;
+        (self.painter, self.context, self.input) =
+            look(&self.window, self.adapter.as_deref(), by_script, &self.proxy)?;
         self.window.request_redraw();
         Ok(())
     }
 
-    fn act(&mut self, action: Action, shapes: &[egui::ClippedPrimitive], pixels_per_point: f32) {
+    fn act(&mut self, action: Action, screenshots: &mut Vec<PathBuf>) {
         match action {
             Action::Copy(text) => self.input.set_clipboard_text(text),
             Action::Paste => match self.input.clipboard_text() {
                 Some(line) => self.apply_line(&line),
                 None => self.shown.say("the clipboard holds no text".into()),
             },
-            Action::SaveScreenshot(path) => self.save_screenshot(&path, shapes, pixels_per_point),
+            Action::SaveScreenshot(path) => screenshots.push(path),
             Action::SavePicture(path) => self.save_picture(&path),
         }
     }
 
-    fn obey(&mut self, request: Request, shapes: &[egui::ClippedPrimitive], pixels_per_point: f32) {
+    fn obey(&mut self, request: Request, screenshots: &mut Vec<PathBuf>) {
         match request {
             Request::Resize([width, height]) => {
                 // Where the size is granted at once no event says so.
                 if let Some(size) = self.window.request_inner_size(PhysicalSize::new(width, height)) {
-                    self.canvas.resize(size);
+                    self.painter.resize(size);
                 }
             }
             Request::Drop(path) => self.open_file(&path),
             Request::Line(line) => self.apply_line(&line),
-            Request::Screenshot(path) => self.save_screenshot(&path, shapes, pixels_per_point),
+            Request::Screenshot(path) => screenshots.push(path),
             Request::Picture(path) => self.save_picture(&path),
             Request::Quit => {}
         }
@@ -326,13 +360,6 @@ impl Open {
     fn apply_line(&mut self, line: &str) {
         if let Err(why) = self.session.apply_line(line) {
             self.shown.say(why);
-        }
-    }
-
-    fn save_screenshot(&mut self, path: &Path, shapes: &[egui::ClippedPrimitive], pixels_per_point: f32) {
-        let taken = self.canvas.screenshot(shapes, pixels_per_point).map_err(gridlight::Error::from);
-        if let Err(e) = taken.and_then(|picture| output::color_png(path, &picture, 0.0)) {
-            self.shown.say(e.to_string());
         }
     }
 
@@ -351,8 +378,13 @@ fn look(
     window: &Arc<Window>,
     adapter: Option<&str>,
     by_script: bool,
-) -> Result<(Canvas, egui::Context, egui_winit::State), Failure> {
-    let canvas = Canvas::new(window, adapter)?;
+    proxy: &EventLoopProxy<Wake>,
+) -> Result<(Painter, egui::Context, egui_winit::State), Failure> {
+    let proxy = proxy.clone();
+    let painter = Painter::start(Canvas::new(window, adapter)?, move || {
+        // A window that is gone needs no waking.
+        let _ = proxy.send_event(Wake::Painter);
+    })?;
     let context = egui::Context::default();
     context.set_theme(egui::Theme::Dark);
     if by_script {
@@ -360,7 +392,7 @@ fn look(
         context.enable_accesskit();
     }
     let scale = Some(window.scale_factor() as f32);
-    let most = Some(canvas.largest_side());
+    let most = Some(painter.largest_side());
     let input = egui_winit::State::new(context.clone(), ViewportId::ROOT, window, scale, window.theme(), most);
-    Ok((canvas, context, input))
+    Ok((painter, context, input))
 }

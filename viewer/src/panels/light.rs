@@ -42,7 +42,7 @@ fn sun(ui: &mut Ui, desk: &mut Desk<'_>) {
         return;
     }
     let Some(given) = given else { return };
-    let draft = egui::Id::new("sun being turned");
+    let draft = egui::Id::unique("sun being turned");
     let mut sun = ui.data(|d| d.get_temp(draft)).unwrap_or(given);
     let [mut azimuth, mut elevation] = angles(sun.direction);
     let mut done = false;
@@ -79,7 +79,7 @@ fn sky(ui: &mut Ui, desk: &mut Desk<'_>) {
     }
     match given {
         Some(SkySetting::Constant(radiance)) => {
-            let draft = egui::Id::new("sky being turned");
+            let draft = egui::Id::unique("sky being turned");
             let mut radiance = ui.data(|d| d.get_temp(draft)).unwrap_or(radiance);
             let mut done = false;
             ui.horizontal(|ui| {

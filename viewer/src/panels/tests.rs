@@ -127,7 +127,6 @@ fn frame(side: usize) -> Frame {
         counts: Vec::new(),
         memory: Vec::new(),
         wall_ms: 12.0,
-        settings: RenderSettings::default(),
     }
 }
 

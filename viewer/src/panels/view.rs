@@ -75,7 +75,7 @@ impl Screen {
 /// The middle of the window.
 pub fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let (whole, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Image, true, "picture"));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "picture"));
     ui.painter().rect_filled(whole, 0.0, Color32::BLACK);
     let Some(rect) = paint(ui, whole, desk) else {
         let words = desk.shown.progress.as_ref().map_or("no picture yet", |(what, _)| what.as_str());

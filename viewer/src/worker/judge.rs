@@ -35,8 +35,6 @@ pub struct Judgement {
     pub rel_mse: Vec<Option<f64>>,
     /// Relative squared error of each pixel, mean over channels, per side.
     pub maps: Vec<Image<f32>>,
-    /// The reference.
-    pub mean: Arc<Image<[f32; 3]>>,
 }
 
 impl Judge {
@@ -74,7 +72,7 @@ impl Judge {
     }
 
     fn judgement(&self, pictures: &[Arc<Image<[f32; 3]>>]) -> Judgement {
-        let mean = Arc::new(self.moments.mean());
+        let mean = self.moments.mean();
         let deviation = self.moments.standard_error();
         // The picture's own noise is part of its error.
         let none = Image::filled(self.moments.size, [0.0; 3]);
@@ -85,7 +83,6 @@ impl Judge {
             noise_rel_mse: self.moments.noise_rel_mse(),
             rel_mse: pictures.iter().map(excess).collect(),
             maps: pictures.iter().map(|test| map(&mean, test)).collect(),
-            mean,
         }
     }
 }

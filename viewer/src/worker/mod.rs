@@ -10,11 +10,13 @@ mod renderer;
 
 pub use judge::Judgement;
 pub use outputs::{Meaning, Output};
-pub use renderer::{Frame, Pass, SceneFacts};
+#[cfg(test)]
+pub use renderer::Pass;
+pub use renderer::{Frame, SceneFacts};
 
 use gridlight::RenderSettings;
 use gridlight::stages::KnobInfo;
-use renderer::Renderer;
+use renderer::{Did, Renderer};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 
@@ -65,8 +67,8 @@ pub enum Event {
     Flip(frame::cpu::Image<f32>, f64),
     /// Something went wrong: why, and what stands instead of what was asked for, where an order was refused.
     Failed(String, Option<Vec<RenderSettings>>),
-    /// Nothing left to do.
-    Rests,
+    /// So many orders were taken, and what they asked for is done; the reference may still converge.
+    Rests(u64),
 }
 
 /// What the worker is sent.
@@ -83,6 +85,7 @@ pub type Waker = Box<dyn Fn() + Send + Sync>;
 /// The window's end of it.
 pub struct Worker {
     messages: Sender<Message>,
+    ordered: u64,
     events: Receiver<Event>,
     thread: Option<JoinHandle<()>>,
 }
@@ -99,12 +102,14 @@ impl Worker {
         let thread = std::thread::Builder::new()
             .name("renderer".into())
             .spawn(move || work(adapter, &inbox, &post))?;
-        Ok(Self { messages, events, thread: Some(thread) })
+        Ok(Self { messages, ordered: 0, events, thread: Some(thread) })
     }
 
-    /// Sends another order; false if the thread is gone.
-    pub fn order(&self, order: Order) -> bool {
-        self.messages.send(Message::Order(Box::new(order))).is_ok()
+    /// Sends another order, and says its number; none if the thread is gone.
+    pub fn order(&mut self, order: Order) -> Option<u64> {
+        self.messages.send(Message::Order(Box::new(order))).ok()?;
+        self.ordered += 1;
+        Some(self.ordered)
     }
 
     /// Takes the device away, as a driver may.
@@ -149,16 +154,19 @@ impl Post {
 /// Follows orders until told to stop: everything that lies in the inbox first, then one step of work.
 fn work(adapter: Option<String>, inbox: &Receiver<Message>, post: &Post) {
     let mut renderer = Renderer::new(adapter, post.clone());
-    let mut is_busy = true;
+    let (mut taken, mut did) = (0, Did::Nothing);
     loop {
         let mut newest = None;
-        let mut next = match is_busy {
-            true => inbox.try_recv(),
-            false => inbox.recv().map_err(|_| TryRecvError::Disconnected),
+        let mut next = match did {
+            Did::Nothing => inbox.recv().map_err(|_| TryRecvError::Disconnected),
+            Did::Asked | Did::Reference => inbox.try_recv(),
         };
         loop {
             match next {
-                Ok(Message::Order(order)) => newest = Some(order),
+                Ok(Message::Order(order)) => {
+                    taken += 1;
+                    newest = Some(order);
+                }
                 #[cfg(test)]
                 Ok(Message::LoseDevice) => renderer.lose_device(),
                 Ok(Message::Stop) | Err(TryRecvError::Disconnected) => return,
@@ -166,13 +174,13 @@ fn work(adapter: Option<String>, inbox: &Receiver<Message>, post: &Post) {
             }
             next = inbox.try_recv();
         }
+        let is_new = newest.is_some();
         if let Some(order) = newest {
             renderer.take(*order);
         }
-        let was_busy = is_busy;
-        is_busy = renderer.step();
-        if was_busy && !is_busy {
-            post.send(Event::Rests);
+        let before = std::mem::replace(&mut did, renderer.step());
+        if did != Did::Asked && (is_new || before == Did::Asked) {
+            post.send(Event::Rests(taken));
         }
     }
 }

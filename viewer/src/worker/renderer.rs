@@ -63,8 +63,6 @@ pub struct Frame {
     pub memory: Vec<(&'static str, u64)>,
     /// From the first command to the last byte that came back.
     pub wall_ms: f64,
-    /// What it was rendered with.
-    pub settings: RenderSettings,
 }
 
 /// Rooms as panels list them.
@@ -77,6 +75,20 @@ const ROOMS: [(&str, Room); 6] = [
     ("BVH", Room::Bvh),
 ];
 
+/// What a step was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Did {
+    /// Part of what was asked for.
+    Asked,
+    /// A sample of the reference.
+    Reference,
+    /// There was nothing to do.
+    Nothing,
+}
+
+/// Failed steps in a row after which no other device is tried.
+const MOST_FAILURES: u32 = 2;
+
 /// What is rendered with, from order to order.
 pub struct Renderer {
     adapter: Option<String>,
@@ -86,6 +98,8 @@ pub struct Renderer {
     order: Option<Order>,
     /// The order's part that is not done.
     due: Due,
+    /// Steps in a row that failed.
+    failures: u32,
 }
 
 /// The loaded scene with its streets.
@@ -109,7 +123,7 @@ struct Due {
 impl Renderer {
     /// Opens nothing yet.
     pub fn new(adapter: Option<String>, post: Post) -> Self {
-        Self { adapter, post, gpu: None, world: None, order: None, due: Due::default() }
+        Self { adapter, post, gpu: None, world: None, order: None, due: Due::default(), failures: 0 }
     }
 
     /// Takes over another order. Where it cannot be followed, that is said and the one before stands.
@@ -127,14 +141,17 @@ impl Renderer {
         self.due.flip |= order.wants_flip && before.as_ref().is_none_or(|o| !o.wants_flip);
     }
 
-    /// One piece of work; false if there was none.
-    pub fn step(&mut self) -> bool {
+    /// One piece of work.
+    pub fn step(&mut self) -> Did {
         match self.try_step() {
-            Ok(is_busy) => is_busy,
+            Ok(did) => {
+                self.failures = 0;
+                did
+            }
             Err(e) => {
                 self.post.send(Event::Failed(e.to_string(), None));
-                self.recover();
-                self.world.is_some()
+                self.failures += 1;
+                self.recover()
             }
         }
     }
@@ -190,20 +207,27 @@ impl Renderer {
     }
 
     /// After a failure in the middle of a frame: the device is most likely lost, so another is opened.
-    fn recover(&mut self) {
+    fn recover(&mut self) -> Did {
         self.world = None;
         self.gpu = None;
+        if self.failures > MOST_FAILURES {
+            let message = "it fails again and again; change something to try once more".into();
+            self.post.send(Event::Failed(message, None));
+            return Did::Nothing;
+        }
         let again = open(self.adapter.as_deref()).map_err(Error::from).and_then(|gpu| {
             self.gpu = Some(gpu);
             self.reload()
         });
         if let Err(e) = again {
             self.post.send(Event::Failed(format!("the device could not be opened again: {e}"), None));
+            return Did::Nothing;
         }
+        Did::Asked
     }
 
-    fn try_step(&mut self) -> Result<bool, Error> {
-        let (Some(world), Some(order)) = (&mut self.world, &self.order) else { return Ok(false) };
+    fn try_step(&mut self) -> Result<Did, Error> {
+        let (Some(world), Some(order)) = (&mut self.world, &self.order) else { return Ok(Did::Nothing) };
         let has_motion = world.pipeline.scene().needs().motion;
         // A moving scene rests at its first frame: the reference knows one moment only.
         let at_rest = if has_motion { 1 } else { order.frames_at_rest };
@@ -221,7 +245,7 @@ impl Renderer {
             self.due.flip |= order.wants_flip;
             // A moving camera cannot wait for what takes longer than its frames.
             if !order.is_moving {
-                return Ok(true);
+                return Ok(Did::Asked);
             }
         }
         if std::mem::take(&mut self.due.output) {
@@ -229,13 +253,13 @@ impl Renderer {
                 let output = outputs::read(world.pipeline.gpu(), last, name)?;
                 self.post.send(Event::Output(Box::new(output)));
             }
-            return Ok(true);
+            return Ok(Did::Asked);
         }
         if std::mem::take(&mut self.due.values) {
             if let (Some(at), Some(last)) = (order.inspected, world.last.get(order.watched_side)) {
                 self.post.send(Event::Values(outputs::values(world.pipeline.gpu(), last, at)?));
             }
-            return Ok(true);
+            return Ok(Did::Asked);
         }
         if std::mem::take(&mut self.due.flip) {
             if let [a, b] = world.pictures.as_slice() {
@@ -245,15 +269,15 @@ impl Renderer {
                     self.post.send(Event::Flip(map, mean));
                 }
             }
-            return Ok(true);
+            return Ok(Did::Asked);
         }
         if order.is_moving {
-            return Ok(true);
+            return Ok(Did::Asked);
         }
         if order.is_judging && !world.pictures.is_empty() {
             return world.judge(&self.post);
         }
-        Ok(false)
+        Ok(Did::Nothing)
     }
 }
 
@@ -326,7 +350,6 @@ impl World {
             self.pipeline.exchange(street);
         }
         let rendered = self.pipeline.render();
-        let settings = self.pipeline.settings().clone();
         if let Some(mut street) = second {
             self.pipeline.exchange(&mut street);
             self.second = Some(street);
@@ -347,7 +370,6 @@ impl World {
             counts: rendered.log.counts.iter().map(|(name, count)| (name.clone(), *count)).collect(),
             memory: ROOMS.iter().map(|(name, room)| (*name, gpu.memory(*room).live)).collect(),
             wall_ms: begun.elapsed().as_secs_f64() * 1e3,
-            settings,
         };
         self.last.truncate(side);
         self.last.push(rendered);
@@ -356,22 +378,22 @@ impl World {
         Ok(frame)
     }
 
-    fn judge(&mut self, post: &Post) -> Result<bool, Error> {
+    fn judge(&mut self, post: &Post) -> Result<Did, Error> {
         if self.judge.is_none() {
             post.send(Event::Progress("preparing the reference".into(), 0.0));
             // Frames that follow begin anew, and the reference is of the first frame's moment.
             self.pipeline.restart();
             self.judge = Some(Judge::new(&self.pipeline)?);
         }
-        let Some(judge) = &mut self.judge else { return Ok(false) };
+        let Some(judge) = &mut self.judge else { return Ok(Did::Nothing) };
         if judge.is_done() {
-            return Ok(false);
+            return Ok(Did::Nothing);
         }
         let judgement = judge.sample(&mut self.pipeline, &self.pictures)?;
         if let Some(judgement) = judgement {
             post.send(Event::Judged(Box::new(judgement)));
         }
-        Ok(true)
+        Ok(Did::Reference)
     }
 }
 
