@@ -372,7 +372,7 @@ impl Pipeline {
         Ok(Converger::new(&self.gpu, &self.world, search, size, &self.paths)?)
     }
 
-    /// Adds samples number `samples` of the converged image to `moments`, whose count they raise.
+    /// Adds samples number `samples` of the converged image to `moments`: one batch, or what is left of it.
     ///
     /// # Errors
     /// The device was lost or ran out of memory.
@@ -386,8 +386,9 @@ impl Pipeline {
         frame.trace_size = self.settings.display_size;
         frame.jitter = [0.0; 2];
         frame.previous_jitter = [0.0; 2];
-        // Not the numbers of a render with this seed.
-        frame.seed = surface::hash(frame.seed ^ 0x7265_6673);
+        // Not the numbers of a render with this seed, and other ones in every batch: their stratification starts anew.
+        let batch = crate::reference::batch_end(samples.start);
+        frame.seed = surface::hash(surface::hash(frame.seed ^ 0x7265_6673) ^ batch);
         for band in sampler.bands() {
             let mut recorder = Recorder::new(&self.gpu);
             let uniform = recorder.uniform(&frame.uniform());
@@ -406,7 +407,7 @@ impl Pipeline {
             recorder.finish()?;
             moments.add(&band, &sampler.moments(&self.gpu, &band)?, self.world.radiance_scale);
         }
-        moments.count += u64::from(samples.end - samples.start);
+        moments.counted(samples.end - samples.start);
         Ok(())
     }
 

@@ -5,12 +5,55 @@
 
 use super::args::{Cli, Command};
 use crate::RenderSettings;
-use crate::settings::{SkySetting, View};
+use crate::settings::{SkySetting, View, exact_degrees, nearest};
 use clap::Parser;
-use std::fmt::Display;
+use std::fmt::{Display, Formatter};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
-/// The line that renders these settings into the folder `out`.
-pub fn render_line(settings: &RenderSettings) -> String {
+/// What a line says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderLine {
+    /// Everything but files' names.
+    pub settings: RenderSettings,
+    /// The file that a view along a path comes from.
+    pub path_file: Option<PathBuf>,
+}
+
+impl Display for RenderLine {
+    /// The line, into the folder `out`.
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&render_line(&self.settings, self.path_file.as_deref()))
+    }
+}
+
+impl FromStr for RenderLine {
+    type Err = String;
+
+    /// The words before the flags and `--out` may be left out; what is wrong is said as the command line says it.
+    fn from_str(line: &str) -> Result<Self, String> {
+        let words = words(line)?;
+        let mut rest = words.as_slice();
+        // A line from a shell may begin with a path to the program, or with cargo.
+        if let Some(at) = rest.iter().position(|word| word == "render") {
+            rest = &rest[at + 1..];
+        }
+        let mut all: Vec<&str> = vec!["gridlight", "render"];
+        all.extend(rest.iter().map(String::as_str));
+        if !rest.iter().any(|word| word == "--out" || word.starts_with("--out=")) {
+            all.extend(["--out", "out"]);
+        }
+        match Cli::try_parse_from(all).map_err(|e| e.render().to_string())?.command {
+            Command::Render(args) => Ok(Self {
+                settings: args.settings().map_err(|e| e.to_string())?,
+                path_file: args.street.view.path.clone(),
+            }),
+            _ => Err("the line is not one of gridlight render".into()),
+        }
+    }
+}
+
+fn render_line(settings: &RenderSettings, path_file: Option<&Path>) -> String {
     let plain = RenderSettings::default();
     let mut line = Line(vec!["gridlight".into(), "render".into(), settings.scene.clone()]);
     match &settings.view {
@@ -20,8 +63,9 @@ pub fn render_line(settings: &RenderSettings) -> String {
             line.flag("--eye", joined(&look.eye));
             line.flag("--target", joined(&look.target));
             line.flag("--up", joined(&look.up));
-            line.flag("--vfov", degrees(look.vfov));
+            line.flag("--vfov", look.vfov_degrees());
         }
+        View::Path(_) => line.flag("--path", path_file.unwrap_or(Path::new("path.json")).display()),
     }
     line.flag("--trace-size", sized(settings.trace_size));
     line.flag("--display-size", sized(settings.display_size));
@@ -50,7 +94,7 @@ pub fn render_line(settings: &RenderSettings) -> String {
         line.flag("--sun", format_args!("{},{}", joined(&sun.direction), joined(&sun.irradiance)));
     }
     if let Some(angle) = settings.sun_angle {
-        line.flag("--sun-angle", degrees(angle));
+        line.flag("--sun-angle", exact_degrees(angle));
     }
     for emit in &settings.emit {
         line.flag("--emit", format_args!("{}={}", emit.material, joined(&emit.radiance)));
@@ -63,31 +107,13 @@ pub fn render_line(settings: &RenderSettings) -> String {
     }
     line.unless(&plain.time, "--time", &settings.time);
     line.unless(&plain.fps, "--fps", &settings.fps);
-    line.unless(&plain.frames, "--frames", &settings.frames);
+    match settings.view {
+        // Without a number a path is walked to its end.
+        View::Path(_) => line.flag("--frames", settings.frames),
+        _ => line.unless(&plain.frames, "--frames", &settings.frames),
+    }
     line.flag("--out", "out");
     line.0.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
-}
-
-/// The settings that a `gridlight render` line means; the words before its flags and `--out` may be left out.
-///
-/// # Errors
-/// What the command line would say to it.
-pub fn parse_render_line(line: &str) -> Result<RenderSettings, String> {
-    let words = words(line)?;
-    let mut rest = words.as_slice();
-    // A line from a shell may begin with a path to the program, or with cargo.
-    if let Some(at) = rest.iter().position(|word| word == "render") {
-        rest = &rest[at + 1..];
-    }
-    let mut all: Vec<&str> = vec!["gridlight", "render"];
-    all.extend(rest.iter().map(String::as_str));
-    if !rest.iter().any(|word| word == "--out" || word.starts_with("--out=")) {
-        all.extend(["--out", "out"]);
-    }
-    match Cli::try_parse_from(all).map_err(|e| e.render().to_string())?.command {
-        Command::Render(args) => args.settings().map_err(|e| e.to_string()),
-        _ => Err("the line is not one of gridlight render".into()),
-    }
 }
 
 struct Line(Vec<String>);
@@ -118,26 +144,9 @@ fn value_name(value: &impl clap::ValueEnum) -> String {
     value.to_possible_value().map(|v| v.get_name().to_owned()).unwrap_or_default()
 }
 
-/// Degrees that convert to exactly these radians, where there are such.
-fn degrees(radians: f32) -> f32 {
-    nearest(radians.to_degrees(), |degrees| degrees.to_radians() == radians)
-}
-
 /// Megabytes that convert to exactly these bytes, where there are such.
 fn megabytes(bytes: u64) -> f32 {
     nearest((bytes as f64 * 1e-6) as f32, |mb| (f64::from(mb) * 1e6) as u64 == bytes)
-}
-
-/// The float nearest to a guess, up or down, that is right; the guess where none near it is.
-fn nearest(guess: f32, is_right: impl Fn(f32) -> bool) -> f32 {
-    let (mut up, mut down) = (guess, guess);
-    for _ in 0..16 {
-        match [up, down].into_iter().find(|value| is_right(*value)) {
-            Some(value) => return value,
-            None => [up, down] = [up.next_up(), down.next_down()],
-        }
-    }
-    guess
 }
 
 /// A word as a POSIX shell takes it.
@@ -182,7 +191,7 @@ fn words(line: &str) -> Result<Vec<String>, String> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use crate::settings::{Emit, KnobSetting, LookAt, Model, Preset, SunSetting};
+    use crate::settings::{CameraKey, CameraPath, Emit, KnobSetting, LookAt, Model, Preset, SunSetting};
 
     #[test]
     fn everything_comes_back() {
@@ -217,32 +226,48 @@ mod tests {
             fps: 25.0,
             texture_budget_bytes: Some(1_234_567),
         };
-        let line = render_line(&settings);
-        assert_eq!(parse_render_line(&line).unwrap(), settings, "{line}");
+        let said = RenderLine { settings, path_file: None };
+        let line = said.to_string();
+        assert_eq!(line.parse::<RenderLine>().unwrap(), said, "{line}");
         for plain in [
             RenderSettings::default(),
             RenderSettings { view: View::Camera(2), ..Default::default() },
             RenderSettings { sky: Some(SkySetting::Constant([-0.0, 0.5, 1e9])), ..Default::default() },
         ] {
-            assert_eq!(parse_render_line(&render_line(&plain)).unwrap(), plain);
+            let plain = RenderLine { settings: plain, path_file: None };
+            assert_eq!(plain.to_string().parse::<RenderLine>().unwrap(), plain);
         }
+    }
+
+    #[test]
+    fn a_path_comes_back_by_its_file() {
+        let key = |time| CameraKey { time, eye: [1.0, 2.0, 3.0], target: [0.0; 3], up: [0.0, 1.0, 0.0], vfov: 50.0 };
+        let path = CameraPath::new(vec![key(0.0), key(2.0)]).unwrap();
+        let file = std::env::temp_dir().join(format!("gridlight-line-{}.json", std::process::id()));
+        std::fs::write(&file, serde_json::to_string(&path).unwrap()).unwrap();
+        let settings = RenderSettings { view: View::Path(path), ..Default::default() };
+        let said = RenderLine { settings, path_file: Some(file.clone()) };
+        let read = said.to_string().parse::<RenderLine>();
+        std::fs::remove_file(&file).unwrap();
+        assert_eq!(read.unwrap(), said, "one frame, not to the path's end");
     }
 
     #[test]
     fn every_angle_that_came_from_degrees_comes_back() {
         for tenth in 1..1800u32 {
             let radians = (tenth as f32 / 10.0).to_radians();
-            assert_eq!(degrees(radians).to_radians(), radians, "{tenth}");
+            assert_eq!(exact_degrees(radians).to_radians(), radians, "{tenth}");
         }
     }
 
     #[test]
     fn lines_from_elsewhere_are_read_or_refused() {
-        let short = parse_render_line("./target/release/gridlight render cornell \\\n --spp 2").unwrap();
+        let read = |line: &str| line.parse::<RenderLine>().map(|line| line.settings);
+        let short = read("./target/release/gridlight render cornell \\\n --spp 2").unwrap();
         assert_eq!((short.scene.as_str(), short.spp), ("cornell", 2));
-        assert_eq!(parse_render_line("cornell --seed 3").unwrap().seed, 3);
-        assert!(parse_render_line("cornell --spp 0").unwrap_err().contains("1..=65535"));
-        assert!(parse_render_line("render 'cornell").unwrap_err().contains("not closed"));
-        assert!(parse_render_line("").unwrap_err().contains("scene"));
+        assert_eq!(read("cornell --seed 3").unwrap().seed, 3);
+        assert!(read("cornell --spp 0").unwrap_err().contains("1..=65535"));
+        assert!(read("render 'cornell").unwrap_err().contains("not closed"));
+        assert!(read("").unwrap_err().contains("scene"));
     }
 }

@@ -14,9 +14,11 @@ mod render;
 mod report;
 mod table;
 mod values;
+mod view;
 
-pub use args::{Cli, StreetArgs};
-pub use line::{parse_render_line, render_line};
+pub use args::Cli;
+pub use line::RenderLine;
+pub use view::StreetArgs;
 
 use crate::Error;
 use args::Command;

@@ -13,7 +13,7 @@
 //! | `resize WxH` | the window, in pixels |
 //! | `drop FILE` | on the window |
 //! | `line LINE` | as pasted |
-//! | `screenshot FILE`, `picture FILE` | the window as PNG, the picture as EXR |
+//! | `screenshot FILE`, `picture FILE`, `save-line FILE` | the window as PNG, the picture as EXR, the command line |
 //! | `quit` | |
 
 use crate::session::Session;
@@ -54,6 +54,8 @@ pub enum Request {
     Screenshot(PathBuf),
     /// The picture as EXR.
     Picture(PathBuf),
+    /// The line that renders what is shown.
+    SaveLine(PathBuf),
     /// The end.
     Quit,
 }
@@ -180,6 +182,7 @@ fn step(line: &str) -> Option<Step> {
         "line" => Step::Ask(Request::Line(text()?)),
         "screenshot" => Step::Ask(Request::Screenshot(text()?.into())),
         "picture" => Step::Ask(Request::Picture(text()?.into())),
+        "save-line" => Step::Ask(Request::SaveLine(text()?.into())),
         "quit" => Step::Ask(Request::Quit),
         _ => return None,
     })

@@ -5,7 +5,7 @@ use crate::canvas::Canvas;
 use crate::painter::Painter;
 use crate::panels::{self, Action, Desk, Screen};
 use crate::script::{Request, Script, Turn};
-use crate::session::Session;
+use crate::session::{Recording, Session};
 use crate::shown::Shown;
 use crate::store::Store;
 use crate::widgets::Widgets;
@@ -24,6 +24,9 @@ use winit::window::{Window, WindowId};
 
 /// Pixels of the window at first: room for panels on both sides of a picture.
 const SIZE: [u32; 2] = [1440, 900];
+
+/// Where a recorded path is kept.
+const PATH_FILE: &str = "path.json";
 
 /// A script waits in steps of so long.
 const LOOK_AGAIN: Duration = Duration::from_millis(15);
@@ -338,6 +341,7 @@ impl Open {
             },
             Action::SaveScreenshot(path) => screenshots.push(path),
             Action::SavePicture(path) => self.save_picture(&path),
+            Action::KeepPath(recording) => self.keep_path(recording),
         }
     }
 
@@ -353,6 +357,7 @@ impl Open {
             Request::Line(line) => self.apply_line(&line),
             Request::Screenshot(path) => screenshots.push(path),
             Request::Picture(path) => self.save_picture(&path),
+            Request::SaveLine(path) => self.save_line(&path),
             Request::Quit => {}
         }
     }
@@ -360,6 +365,26 @@ impl Open {
     fn apply_line(&mut self, line: &str) {
         if let Err(why) = self.session.apply_line(line) {
             self.shown.say(why);
+        }
+    }
+
+    fn keep_path(&mut self, recording: Recording) {
+        let file = PathBuf::from(PATH_FILE);
+        let kept = recording.path().and_then(|path| {
+            let text = serde_json::to_string_pretty(&path).map_err(|e| e.to_string())?;
+            output::write(&file, text.as_bytes()).map_err(|e| e.to_string())?;
+            Ok(path)
+        });
+        match kept {
+            Ok(path) => self.session.walk(path, file),
+            Err(why) => self.shown.say(why),
+        }
+    }
+
+    fn save_line(&mut self, path: &Path) {
+        let frame = self.shown.frames[self.session.edited.index()].as_ref().map(|frame| frame.number);
+        if let Err(e) = output::write(path, self.session.line(frame).as_bytes()) {
+            self.shown.say(e.to_string());
         }
     }
 

@@ -3,7 +3,6 @@
 use super::{Action, Desk, choice};
 use crate::session::{Channel, Compare, Side};
 use egui::{Button, Ui};
-use gridlight::cli::render_line;
 
 /// Above.
 pub fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
@@ -44,11 +43,7 @@ fn edits(ui: &mut Ui, desk: &mut Desk<'_>) {
 
 /// The line of the edited side, up to the frame that is shown.
 pub fn line(desk: &Desk<'_>) -> String {
-    let mut settings = desk.session.line_settings();
-    if let Some(frame) = &desk.shown.frames[desk.session.edited.index()] {
-        settings.frames = frame.number;
-    }
-    render_line(&settings)
+    desk.session.line(desk.shown.frames[desk.session.edited.index()].as_ref().map(|frame| frame.number))
 }
 
 fn comparison(ui: &mut Ui, desk: &mut Desk<'_>) {

@@ -13,7 +13,7 @@ mod view;
 
 pub use view::Screen;
 
-use crate::session::Session;
+use crate::session::{Recording, Session};
 use crate::shown::Shown;
 use crate::store::Store;
 use egui::Ui;
@@ -30,6 +30,8 @@ pub enum Action {
     SaveScreenshot(PathBuf),
     /// The picture of the edited side, as EXR.
     SavePicture(PathBuf),
+    /// What was walked, as a file; then along it.
+    KeepPath(Recording),
 }
 
 /// Everything the panels see.

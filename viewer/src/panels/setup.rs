@@ -1,10 +1,11 @@
 //! What is rendered: scene, camera, sizes, stages, presets.
 
-use super::{Desk, choice};
-use crate::session::camera;
+use super::{Action, Desk, choice};
+use crate::session::{Recording, Session, camera};
+use crate::worker::SceneFacts;
 use egui::{DragValue, Ui};
 use gridlight::RenderSettings;
-use gridlight::cli::{parse_render_line, render_line};
+use gridlight::cli::RenderLine;
 use gridlight::settings::{Model, Preset, View};
 use gridlight::stages::Kind;
 
@@ -59,6 +60,7 @@ fn cameras(ui: &mut Ui, desk: &mut Desk<'_>) {
             Some(index) => format!("bookmark {}", index + 1),
             None => "free".into(),
         },
+        View::Path(path) => format!("path of {} keys", path.keys().len()),
     };
     if choice(ui, "camera", &mut view, &all, word) {
         desk.session.edit(|s| s.view = view);
@@ -75,6 +77,7 @@ fn cameras(ui: &mut Ui, desk: &mut Desk<'_>) {
             desk.session.frame(facts);
         }
     });
+    record(ui, facts, desk.session, desk.actions);
     let speed = desk.session.flight.speed(facts.bounds);
     ui.weak(format!("right mouse and WASD, QE: {speed:.2} m/s; wheel: faster"));
     if let Some(look) = desk.session.look(facts) {
@@ -94,6 +97,28 @@ fn cameras(ui: &mut Ui, desk: &mut Desk<'_>) {
     } else if ui.button("free the camera").clicked() {
         if let Some(look) = camera::look(&desk.session.settings().view, facts) {
             desk.session.edit(|s| s.view = View::LookAt(look));
+        }
+    }
+}
+
+/// Walking around, kept as a path.
+fn record(ui: &mut Ui, facts: &SceneFacts, session: &mut Session, actions: &mut Vec<Action>) {
+    let now = ui.input(|i| i.time);
+    let settings = session.settings().clone();
+    let Some(look) = session.look(facts) else { return };
+    match &mut session.recording {
+        None => {
+            let what = "Keeps where you walk as a camera path, path.json in this folder, and walks it again";
+            if ui.button("record path").on_hover_text(what).clicked() {
+                session.recording = Some(Recording::new(now));
+            }
+        }
+        Some(recording) => {
+            recording.note(now, &settings, &look);
+            ui.ctx().request_repaint();
+            if ui.button(format!("end path, {} frames", recording.frame_count())).clicked() {
+                actions.extend(session.recording.take().map(Action::KeepPath));
+            }
         }
     }
 }
@@ -181,11 +206,11 @@ fn presets(ui: &mut Ui, desk: &mut Desk<'_>) {
     let mut chosen = None;
     for (name, line) in &desk.store.presets {
         if ui.button(name).on_hover_text(line).clicked() {
-            chosen = parse_render_line(line).ok();
+            chosen = line.parse::<RenderLine>().ok();
         }
     }
     if let Some(kept) = chosen {
-        desk.session.take_stages(&kept);
+        desk.session.take_stages(&kept.settings);
     }
     ui.horizontal(|ui| {
         let label = ui.label("name");
@@ -193,7 +218,7 @@ fn presets(ui: &mut Ui, desk: &mut Desk<'_>) {
         let named = !desk.store.new_preset.trim().is_empty();
         let what = "Keeps stages, knobs, sizes and samples under this name";
         if ui.add_enabled(named, egui::Button::new("keep")).on_hover_text(what).clicked() {
-            desk.store.keep_preset(render_line(desk.session.settings()));
+            desk.store.keep_preset(desk.session.line(None));
         }
     });
 }

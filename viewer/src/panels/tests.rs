@@ -7,7 +7,7 @@ use crate::worker::{Event, Frame, Pass, SceneFacts};
 use egui::{PointerButton, RawInput, Rect};
 use frame::cpu::Image;
 use gridlight::RenderSettings;
-use gridlight::cli::parse_render_line;
+use gridlight::cli::RenderLine;
 use gridlight::stages::{KnobInfo, KnobKind};
 use std::sync::Arc;
 
@@ -168,7 +168,7 @@ fn the_copied_line_is_what_is_shown() {
     bench.click("copy line");
     let Some(Action::Copy(line)) = bench.actions.pop() else { unreachable!("{:?}", bench.actions) };
     let expected = RenderSettings { frames: 3, ..bench.session.asked.a.clone() };
-    assert_eq!(parse_render_line(&line), Ok(expected), "up to the frame that is shown, the third");
+    assert_eq!(line.parse::<RenderLine>().map(|line| line.settings), Ok(expected), "up to the frame that is shown, the third");
 }
 
 #[test]

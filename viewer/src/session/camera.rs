@@ -40,6 +40,7 @@ pub fn look(view: &View, facts: &SceneFacts) -> Option<LookAt> {
         View::Framing => Some(of_camera(&Camera::framing(facts.bounds))),
         View::Camera(index) => facts.cameras.get(*index).map(of_camera),
         View::LookAt(look) => Some(*look),
+        View::Path(path) => Some(path.at(0.0)),
     }
 }
 

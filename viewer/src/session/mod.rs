@@ -5,17 +5,19 @@
 
 pub mod camera;
 mod history;
+mod recording;
 mod share;
 
 pub use history::History;
+pub use recording::Recording;
 pub use share::{set_knob, share};
 
 use crate::worker::{Order, SceneFacts};
 use camera::Flight;
 use gridlight::RenderSettings;
-use gridlight::cli::parse_render_line;
-use gridlight::settings::{LookAt, SkySetting, View};
-use std::path::Path;
+use gridlight::cli::RenderLine;
+use gridlight::settings::{CameraPath, LookAt, SkySetting, View};
+use std::path::{Path, PathBuf};
 
 /// One of the two that are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -163,6 +165,10 @@ pub struct Session {
     pub flight: Flight,
     /// Views to come back to.
     pub bookmarks: Vec<View>,
+    /// A path that is being walked.
+    pub recording: Option<Recording>,
+    /// The file of the path that is looked along.
+    pub path_file: Option<PathBuf>,
     /// Raised to forget all history and begin at the first frame.
     pub restarts: u64,
     /// Something in the scene moves.
@@ -189,6 +195,8 @@ impl Session {
             inspected: None,
             flight: Flight::default(),
             bookmarks: Vec::new(),
+            recording: None,
+            path_file: None,
             restarts: 0,
             has_motion: false,
         }
@@ -268,7 +276,8 @@ impl Session {
     /// # Errors
     /// What the command line says to it.
     pub fn apply_line(&mut self, line: &str) -> Result<(), String> {
-        let settings = parse_render_line(line)?;
+        let RenderLine { settings, path_file } = line.parse()?;
+        self.path_file = path_file;
         self.frames_at_rest = settings.frames.max(1);
         self.edit(|s| *s = RenderSettings { frames: s.frames, ..settings });
         Ok(())
@@ -358,9 +367,20 @@ impl Session {
         self.history.note(&self.asked);
     }
 
-    /// The settings that the line for the command line says: what a resting view shows.
-    pub fn line_settings(&self) -> RenderSettings {
-        RenderSettings { frames: self.frames_at_rest, ..self.settings().clone() }
+    /// The command line that renders what is shown; `frame` is the number of the frame on the screen, if there is one.
+    pub fn line(&self, frame: Option<u32>) -> String {
+        let frames = frame.unwrap_or(self.frames_at_rest);
+        let settings = RenderSettings { frames, ..self.settings().clone() };
+        RenderLine { settings, path_file: self.path_file.clone() }.to_string()
+    }
+
+    /// Looks along a path that lies in a file: all of its frames, from the first.
+    pub fn walk(&mut self, path: CameraPath, file: PathBuf) {
+        self.frames_at_rest = path.keys().len() as u32;
+        self.path_file = Some(file);
+        self.playing = false;
+        self.edit(|s| s.view = View::Path(path));
+        self.restarts += 1;
     }
 
     /// What the worker is to do.

@@ -7,7 +7,7 @@ use super::{Event, Order, Post, outputs};
 use frame::cpu::Image;
 use frame::{Gpu, Room};
 use gridlight::pipeline::{Pipeline, Rendered, Street};
-use gridlight::settings::Preset;
+use gridlight::settings::{Preset, View};
 use gridlight::{Error, Progress, RenderSettings, metrics, output, stages};
 use scene::{Aabb, Camera};
 use std::sync::Arc;
@@ -228,9 +228,9 @@ impl Renderer {
 
     fn try_step(&mut self) -> Result<Did, Error> {
         let (Some(world), Some(order)) = (&mut self.world, &self.order) else { return Ok(Did::Nothing) };
-        let has_motion = world.pipeline.scene().needs().motion;
+        let is_path = matches!(world.pipeline.settings().view, View::Path(_));
         // A moving scene rests at its first frame: the reference knows one moment only.
-        let at_rest = if has_motion { 1 } else { order.frames_at_rest };
+        let at_rest = if world.has_motion() && !is_path { 1 } else { order.frames_at_rest };
         if order.is_playing || order.is_moving || world.frames_done < at_rest {
             if world.judge.take().is_some() {
                 world.restart();
@@ -274,7 +274,7 @@ impl Renderer {
         if order.is_moving {
             return Ok(Did::Asked);
         }
-        if order.is_judging && !world.pictures.is_empty() {
+        if order.is_judging && !is_path && !world.pictures.is_empty() {
             return world.judge(&self.post);
         }
         Ok(Did::Nothing)
@@ -296,11 +296,17 @@ impl World {
             cameras: scene.cameras.clone(),
             bounds: scene.bounds(),
             duration: scene.duration(),
-            has_motion: scene.needs().motion,
+            has_motion: self.has_motion(),
             sun: scene.sun,
             triangle_count: scene.rest().triangles.len(),
             warnings: self.pipeline.warnings().to_vec(),
         }
+    }
+
+    /// Whether a picture of another moment is another picture.
+    fn has_motion(&self) -> bool {
+        let scene = self.pipeline.scene();
+        scene.needs().motion || scene.duration() > 0.0
     }
 
     /// Brings both streets to what the order says.
