@@ -199,7 +199,9 @@ impl Pipeline {
         self.apply_knobs()?;
         let knobs = self.knob_values();
         let turned = |id: &str| {
-            let of = |values: &KnobValues| values.iter().filter(|((i, _), _)| *i == id).cloned().collect::<Vec<_>>();
+            let of = |values: &KnobValues| {
+                values.iter().filter(|((i, _), _)| *i == id).cloned().collect::<Vec<_>>()
+            };
             of(&knobs_before) != of(&knobs)
         };
         if turned("voxel") {

@@ -241,7 +241,13 @@ mod tests {
 
     #[test]
     fn a_path_comes_back_by_its_file() {
-        let key = |time| CameraKey { time, eye: [1.0, 2.0, 3.0], target: [0.0; 3], up: [0.0, 1.0, 0.0], vfov: 50.0 };
+        let key = |time| CameraKey {
+            time,
+            eye: [1.0, 2.0, 3.0],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            vfov: 50.0,
+        };
         let path = CameraPath::new(vec![key(0.0), key(2.0)]).unwrap();
         let file = std::env::temp_dir().join(format!("gridlight-line-{}.json", std::process::id()));
         std::fs::write(&file, serde_json::to_string(&path).unwrap()).unwrap();

@@ -64,7 +64,8 @@ impl Canvas {
     pub fn resize(&mut self, size: PhysicalSize<u32>) {
         // A minimised window has no pixels, and a surface must have one.
         let largest = self.largest_side() as u32;
-        [self.config.width, self.config.height] = [size.width.clamp(1, largest), size.height.clamp(1, largest)];
+        [self.config.width, self.config.height] =
+            [size.width.clamp(1, largest), size.height.clamp(1, largest)];
         self.surface.configure(&self.gpu.device, &self.config);
     }
 
@@ -127,7 +128,12 @@ impl Canvas {
         }))
     }
 
-    fn draw_into(&mut self, view: &wgpu::TextureView, shapes: &[egui::ClippedPrimitive], pixels_per_point: f32) {
+    fn draw_into(
+        &mut self,
+        view: &wgpu::TextureView,
+        shapes: &[egui::ClippedPrimitive],
+        pixels_per_point: f32,
+    ) {
         let screen =
             ScreenDescriptor { size_in_pixels: [self.config.width, self.config.height], pixels_per_point };
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());

@@ -1,14 +1,20 @@
 //! The thread that draws the window: takes the newest panels, so that nobody who listens to the user waits for a screen.
 //!
-//! Panels that were not drawn when newer ones came are left out; changed pictures never are.
+//! Panels that were not drawn when newer ones came are left out, unless a screenshot was asked of them; changed pictures
+//! never are.
 
 use crate::canvas::{Canvas, Shown};
 use egui::{ClippedPrimitive, TexturesDelta};
 use gridlight::output;
+use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Duration;
 use winit::dpi::PhysicalSize;
+
+/// The surface had nothing to draw into.
+const BEFORE_ANOTHER_TRY: Duration = Duration::from_millis(5);
 
 /// What is to be drawn.
 #[derive(Default)]
@@ -38,7 +44,8 @@ struct Report {
 
 #[derive(Default)]
 struct Desk {
-    job: Mutex<Job>,
+    /// All but the last have a screenshot to be taken.
+    jobs: Mutex<VecDeque<Job>>,
     arrived: Condvar,
     report: Mutex<Report>,
 }
@@ -110,7 +117,13 @@ impl Painter {
     }
 
     fn give(&self, change: impl FnOnce(&mut Job)) {
-        change(&mut locked(&self.desk.job));
+        let mut jobs = locked(&self.desk.jobs);
+        if jobs.back().is_none_or(|job| !job.screenshots.is_empty()) {
+            jobs.push_back(Job::default());
+        }
+        if let Some(job) = jobs.back_mut() {
+            change(job);
+        }
         self.desk.arrived.notify_one();
     }
 }
@@ -129,11 +142,13 @@ impl Drop for Painter {
 fn paint(mut canvas: Canvas, desk: &Desk, waker: impl Fn()) {
     loop {
         let mut job = {
-            let mut job = locked(&desk.job);
-            while job.panels.is_none() && job.size.is_none() && !job.ends {
-                job = desk.arrived.wait(job).unwrap_or_else(PoisonError::into_inner);
+            let mut jobs = locked(&desk.jobs);
+            loop {
+                match jobs.pop_front() {
+                    Some(job) => break job,
+                    None => jobs = desk.arrived.wait(jobs).unwrap_or_else(PoisonError::into_inner),
+                }
             }
-            std::mem::take(&mut *job)
         };
         if let Some(size) = job.size {
             canvas.resize(size);
@@ -152,7 +167,14 @@ fn paint(mut canvas: Canvas, desk: &Desk, waker: impl Fn()) {
             }
             if shown == Shown::Later {
                 // Newer panels may lie there by now.
-                locked(&desk.job).panels.get_or_insert((panels, pixels_per_point));
+                let mut jobs = locked(&desk.jobs);
+                if jobs.is_empty() {
+                    let mut again = Job::default();
+                    again.panels = Some((panels, pixels_per_point));
+                    jobs.push_back(again);
+                }
+                drop(jobs);
+                std::thread::sleep(BEFORE_ANOTHER_TRY);
             }
         }
         canvas.free_textures(&mut job.textures);

@@ -105,9 +105,12 @@ pub fn develop_output(output: &Output, development: &Development) -> Option<Colo
     Some(match output.meaning {
         Meaning::Radiance => develop(texels, development),
         // What a share is does not depend on the light.
-        Meaning::Share => develop(texels, &Development { exposure_stops: 0.0, false_color: false, ..*development }),
+        Meaning::Share => {
+            develop(texels, &Development { exposure_stops: 0.0, false_color: false, ..*development })
+        }
         Meaning::Amount => {
-            let largest = texels.texels().iter().map(|t| t[0]).filter(|v| v.is_finite()).fold(1e-12, f32::max);
+            let largest =
+                texels.texels().iter().map(|t| t[0]).filter(|v| v.is_finite()).fold(1e-12, f32::max);
             color_image(texels, |[v, ..]| if v.is_finite() { magma(v / largest) } else { NOT_A_NUMBER })
         }
     })

@@ -5,6 +5,7 @@
 //! | `frames N` | waits for N more frames |
 //! | `rest` | waits until nothing is left to do, the reference left aside |
 //! | `judged N` | waits until the reference has N samples |
+//! | `pause N` | waits N milliseconds |
 //! | `message TEXT` | waits for a message with TEXT in it |
 //! | `hover NAME`, `click NAME` | a control, by the name that readers of the screen say |
 //! | `pass NAME` | waits until what this pass wrote is there |
@@ -33,6 +34,7 @@ enum Step {
     Frames(u64),
     Rest,
     Judged(u64),
+    Pause(Duration),
     Message(String),
     Hover(String),
     Click(String),
@@ -88,9 +90,9 @@ impl Script {
     /// A line that is no step; the message has its number.
     pub fn parse(text: &str) -> Result<Self, String> {
         let lines = text.lines().map(str::trim).enumerate();
-        let steps = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).map(|(number, line)| {
-            step(line).ok_or_else(|| format!("line {}: no step: {line}", number + 1))
-        });
+        let steps = lines
+            .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
+            .map(|(number, line)| step(line).ok_or_else(|| format!("line {}: no step: {line}", number + 1)));
         Ok(Self { steps: steps.collect::<Result<_, _>>()?, events: VecDeque::new(), waiting: None })
     }
 
@@ -105,9 +107,11 @@ impl Script {
             Step::Frames(count) => shown.frame_count >= from + count,
             Step::Rest => shown.orders[0] > 0 && shown.orders[0] == shown.orders[1],
             Step::Judged(spp) => shown.judgement.as_ref().is_some_and(|judgement| judgement.spp >= *spp),
+            Step::Pause(time) => since.elapsed() >= *time,
             Step::Message(text) => shown.messages.iter().any(|message| message.contains(text)),
             Step::Pass(name) => {
-                session.watched() == Some(name) && shown.output.as_ref().is_some_and(|output| output.pass == *name)
+                session.watched() == Some(name)
+                    && shown.output.as_ref().is_some_and(|output| output.pass == *name)
             }
             Step::Hover(name) => self.point(widgets, name, false),
             Step::Click(name) => self.point(widgets, name, true),
@@ -117,7 +121,9 @@ impl Script {
         if !done {
             let is_late = since.elapsed() > PATIENCE;
             return match is_late {
-                true => Turn::Stuck(format!("{step:?}: not after {PATIENCE:?}; there is: {:?}", widgets.names())),
+                true => {
+                    Turn::Stuck(format!("{step:?}: not after {PATIENCE:?}; there is: {:?}", widgets.names()))
+                }
                 false => Turn::Wait,
             };
         }
@@ -171,6 +177,7 @@ fn step(line: &str) -> Option<Step> {
         "frames" => Step::Frames(rest.parse().ok()?),
         "rest" => Step::Rest,
         "judged" => Step::Judged(rest.parse().ok()?),
+        "pause" => Step::Pause(Duration::from_millis(rest.parse().ok()?)),
         "message" => Step::Message(text()?),
         "hover" => Step::Hover(text()?),
         "click" => Step::Click(text()?),
@@ -200,7 +207,8 @@ mod tests {
 
     #[test]
     fn steps_are_read_or_refused_with_their_line() {
-        let script = Script::parse("# a comment\nframes 2\n\nclick bvh_cwbvh\n drag 0.5,0.5 0.25,0.5\nquit").unwrap();
+        let script =
+            Script::parse("# a comment\nframes 2\n\nclick bvh_cwbvh\n drag 0.5,0.5 0.25,0.5\nquit").unwrap();
         assert_eq!(script.steps[1], Step::Click("bvh_cwbvh".into()));
         assert_eq!(script.steps[2], Step::Drag([0.5, 0.5], [0.25, 0.5], PointerButton::Primary));
         assert_eq!(Script::parse("quit\njump 3").err().unwrap(), "line 2: no step: jump 3");

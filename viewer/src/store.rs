@@ -38,7 +38,8 @@ impl Store {
 
     /// Remembers a scene that was opened.
     pub fn opened(&mut self, scene: &str) {
-        if scene::built_in::by_name(scene).is_some() || self.recent_scenes.first().is_some_and(|s| s == scene) {
+        if scene::built_in::by_name(scene).is_some() || self.recent_scenes.first().is_some_and(|s| s == scene)
+        {
             return;
         }
         self.recent_scenes.retain(|known| known != scene);

@@ -178,7 +178,11 @@ fn worker(adapter: Option<String>, proxy: &EventLoopProxy<Wake>) -> std::io::Res
 }
 
 impl Open {
-    fn new(event_loop: &ActiveEventLoop, options: Options, proxy: &EventLoopProxy<Wake>) -> Result<Self, Failure> {
+    fn new(
+        event_loop: &ActiveEventLoop,
+        options: Options,
+        proxy: &EventLoopProxy<Wake>,
+    ) -> Result<Self, Failure> {
         let [width, height] = options.size.unwrap_or(SIZE);
         let attributes =
             Window::default_attributes().with_title(TITLE).with_inner_size(PhysicalSize::new(width, height));
@@ -231,7 +235,9 @@ impl Open {
         while let Some(event) = self.worker.event() {
             let scene = self.shown.scene.as_ref().map(|facts| facts.settings.scene.clone());
             self.shown.take(event, &mut self.session);
-            if let Some(facts) = self.shown.scene.as_ref().filter(|facts| Some(&facts.settings.scene) != scene.as_ref()) {
+            if let Some(facts) =
+                self.shown.scene.as_ref().filter(|facts| Some(&facts.settings.scene) != scene.as_ref())
+            {
                 self.store.opened(&facts.settings.scene);
                 self.window.set_title(&format!("{TITLE}: {}", facts.settings.scene));
             }
@@ -418,6 +424,7 @@ fn look(
     }
     let scale = Some(window.scale_factor() as f32);
     let most = Some(painter.largest_side());
-    let input = egui_winit::State::new(context.clone(), ViewportId::ROOT, window, scale, window.theme(), most);
+    let input =
+        egui_winit::State::new(context.clone(), ViewportId::ROOT, window, scale, window.theme(), most);
     Ok((painter, context, input))
 }

@@ -36,7 +36,8 @@ fn edits(ui: &mut Ui, desk: &mut Desk<'_>) {
     if ui.button("screenshot").on_hover_text("This window, as screenshot.png in this folder").clicked() {
         desk.actions.push(Action::SaveScreenshot("screenshot.png".into()));
     }
-    if ui.button("save EXR").on_hover_text("The picture's radiance, as picture.exr in this folder").clicked() {
+    if ui.button("save EXR").on_hover_text("The picture's radiance, as picture.exr in this folder").clicked()
+    {
         desk.actions.push(Action::SavePicture("picture.exr".into()));
     }
 }
@@ -65,8 +66,13 @@ fn comparison(ui: &mut Ui, desk: &mut Desk<'_>) {
 fn development(ui: &mut Ui, desk: &mut Desk<'_>) {
     let development = &mut desk.session.development;
     let label = ui.label("exposure");
-    ui.add(egui::DragValue::new(&mut development.exposure_stops).speed(0.02).range(-16.0..=16.0).suffix(" stops"))
-        .labelled_by(label.id);
+    ui.add(
+        egui::DragValue::new(&mut development.exposure_stops)
+            .speed(0.02)
+            .range(-16.0..=16.0)
+            .suffix(" stops"),
+    )
+    .labelled_by(label.id);
     choice(ui, "channel", &mut development.channel, &Channel::ALL, |c| c.name().into());
     ui.checkbox(&mut development.false_color, "false colour")
         .on_hover_text("Eight stops of luminance in the colours of magma, 0.18 in the middle");

@@ -12,8 +12,9 @@ const PLOT_HEIGHT: f32 = 110.0;
 pub fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     egui::CollapsingHeader::new("error").default_open(true).show(ui, |ui| {
         ui.horizontal(|ui| {
-            ui.checkbox(&mut desk.session.judging, "live error")
-                .on_hover_text("While the view rests, paths through the triangles converge to its true image");
+            ui.checkbox(&mut desk.session.judging, "live error").on_hover_text(
+                "While the view rests, paths through the triangles converge to its true image",
+            );
             ui.checkbox(&mut desk.session.error_map, "error map")
                 .on_hover_text("Relative squared error of each pixel; the brightest colour is 0.25 or more");
         });

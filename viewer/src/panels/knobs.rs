@@ -9,7 +9,15 @@ use gridlight::stages::{KnobInfo, KnobKind};
 /// The left panel's lower part.
 pub fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let settings = desk.session.settings().clone();
-    let stages = ["voxel", "gather", "tracer", &settings.tessellator, &settings.tracer, &settings.denoiser, &settings.upsampler];
+    let stages = [
+        "voxel",
+        "gather",
+        "tracer",
+        &settings.tessellator,
+        &settings.tracer,
+        &settings.denoiser,
+        &settings.upsampler,
+    ];
     let mut seen = Vec::new();
     for id in stages {
         if seen.contains(&id) {

@@ -24,18 +24,16 @@ fn angles(direction: [f32; 3]) -> [f32; 2] {
 
 fn direction([azimuth, elevation]: [f32; 2]) -> [f32; 3] {
     let [azimuth, elevation] = [azimuth, elevation].map(f32::to_radians);
-    let towards = Vec3::new(
-        elevation.cos() * azimuth.sin(),
-        elevation.sin(),
-        -elevation.cos() * azimuth.cos(),
-    );
+    let towards =
+        Vec3::new(elevation.cos() * azimuth.sin(), elevation.sin(), -elevation.cos() * azimuth.cos());
     (-towards).into()
 }
 
 fn sun(ui: &mut Ui, desk: &mut Desk<'_>) {
     let given = desk.session.settings().sun;
     let own = desk.shown.scene.as_ref().and_then(|facts| facts.sun);
-    let own = own.map_or(SUN, |sun| SunSetting { direction: sun.direction.into(), irradiance: sun.irradiance.into() });
+    let own = own
+        .map_or(SUN, |sun| SunSetting { direction: sun.direction.into(), irradiance: sun.irradiance.into() });
     let mut replaced = given.is_some();
     if ui.checkbox(&mut replaced, "another sun").changed() {
         desk.session.edit(|s| s.sun = replaced.then_some(own));
@@ -117,7 +115,10 @@ mod tests {
         for pair in [[0.0f32, 30.0f32], [90.0, 10.0], [-135.0, 80.0], [179.0, -20.0]] {
             let back = angles(direction(pair));
             // Degrees from sines of f32: 1e-3 of a degree.
-            assert!((back[0] - pair[0]).abs() < 1e-3 && (back[1] - pair[1]).abs() < 1e-3, "{pair:?} {back:?}");
+            assert!(
+                (back[0] - pair[0]).abs() < 1e-3 && (back[1] - pair[1]).abs() < 1e-3,
+                "{pair:?} {back:?}"
+            );
         }
         assert_eq!(direction([0.0, 0.0])[2], 1.0, "from -Z the light travels along +Z");
     }

@@ -13,7 +13,8 @@ const PLOT_HEIGHT: f32 = 60.0;
 pub fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
     let side = desk.session.edited;
     let Some(frame) = &desk.shown.frames[side.index()] else { return };
-    let title = if desk.session.asked.b.is_some() { format!("passes of {}", side.name()) } else { "passes".into() };
+    let title =
+        if desk.session.asked.b.is_some() { format!("passes of {}", side.name()) } else { "passes".into() };
     let (mut hovered, mut held) = (None, desk.session.held_pass.clone());
     egui::CollapsingHeader::new(title).id_salt("passes").default_open(true).show(ui, |ui| {
         let largest = frame.passes.iter().filter_map(|p| p.gpu_ms).fold(1e-6, f64::max);
@@ -24,9 +25,11 @@ pub fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
             ui.end_row();
             for pass in &frame.passes {
                 let is_held = held.as_deref() == Some(pass.name.as_str());
-                let response = ui
-                    .selectable_label(is_held, short(&pass.name))
-                    .on_hover_text(format!("{}, {} in this frame", pass.name, runs(pass.runs)));
+                let response = ui.selectable_label(is_held, short(&pass.name)).on_hover_text(format!(
+                    "{}, {} in this frame",
+                    pass.name,
+                    runs(pass.runs)
+                ));
                 if response.hovered() {
                     hovered = Some(pass.name.clone());
                 }
@@ -35,7 +38,8 @@ pub fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
                 }
                 bar(ui, pass.gpu_ms, largest);
                 let past = desk.shown.times[side.index()].get(&pass.name).and_then(median_and_worst);
-                let [median, worst] = past.map_or([None, None], |(median, worst)| [Some(median), Some(worst)]);
+                let [median, worst] =
+                    past.map_or([None, None], |(median, worst)| [Some(median), Some(worst)]);
                 ui.label(milliseconds(median));
                 ui.label(milliseconds(worst));
                 ui.end_row();
@@ -96,13 +100,9 @@ fn bar(ui: &mut Ui, ms: Option<f64>, largest: f64) {
 fn history(ui: &mut Ui, desk: &Desk<'_>, pass: Option<&str>, side: Side) {
     let times = &desk.shown.times[side.index()];
     let points: PlotPoints = match pass {
-        Some(pass) => times
-            .get(pass)
-            .into_iter()
-            .flatten()
-            .enumerate()
-            .map(|(frame, ms)| [frame as f64, *ms])
-            .collect(),
+        Some(pass) => {
+            times.get(pass).into_iter().flatten().enumerate().map(|(frame, ms)| [frame as f64, *ms]).collect()
+        }
         None => {
             let frames = times.values().map(std::collections::VecDeque::len).max().unwrap_or(0);
             // Passes that ran in some frames only count where they end: the newest frames.

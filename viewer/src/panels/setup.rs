@@ -158,7 +158,8 @@ fn sizes(ui: &mut Ui, desk: &mut Desk<'_>) {
     let mut s = desk.session.settings().clone();
     let number = |ui: &mut Ui, name: &str, value: &mut u32, range: std::ops::RangeInclusive<u32>| {
         let label = ui.label(name);
-        let response = ui.add(DragValue::new(value).range(range).update_while_editing(false)).labelled_by(label.id);
+        let response =
+            ui.add(DragValue::new(value).range(range).update_while_editing(false)).labelled_by(label.id);
         // While it is dragged a size would load the scene at every step.
         response.drag_stopped() || (response.changed() && !response.dragged())
     };
@@ -214,7 +215,8 @@ fn presets(ui: &mut Ui, desk: &mut Desk<'_>) {
     }
     ui.horizontal(|ui| {
         let label = ui.label("name");
-        ui.add(egui::TextEdit::singleline(&mut desk.store.new_preset).desired_width(100.0)).labelled_by(label.id);
+        ui.add(egui::TextEdit::singleline(&mut desk.store.new_preset).desired_width(100.0))
+            .labelled_by(label.id);
         let named = !desk.store.new_preset.trim().is_empty();
         let what = "Keeps stages, knobs, sizes and samples under this name";
         if ui.add_enabled(named, egui::Button::new("keep")).on_hover_text(what).clicked() {

@@ -168,7 +168,11 @@ fn the_copied_line_is_what_is_shown() {
     bench.click("copy line");
     let Some(Action::Copy(line)) = bench.actions.pop() else { unreachable!("{:?}", bench.actions) };
     let expected = RenderSettings { frames: 3, ..bench.session.asked.a.clone() };
-    assert_eq!(line.parse::<RenderLine>().map(|line| line.settings), Ok(expected), "up to the frame that is shown, the third");
+    assert_eq!(
+        line.parse::<RenderLine>().map(|line| line.settings),
+        Ok(expected),
+        "up to the frame that is shown, the third"
+    );
 }
 
 #[test]

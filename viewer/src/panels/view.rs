@@ -5,7 +5,9 @@ use crate::picture;
 use crate::session::camera::{approach, look_around, orbit, walk};
 use crate::session::{Compare, Development, Side};
 use crate::worker::SceneFacts;
-use egui::{Color32, ColorImage, Key, PointerButton, Pos2, Rect, Response, Sense, TextureHandle, TextureOptions, Ui};
+use egui::{
+    Color32, ColorImage, Key, PointerButton, Pos2, Rect, Response, Sense, TextureHandle, TextureOptions, Ui,
+};
 use glam::Vec3;
 use std::collections::HashMap;
 
@@ -117,7 +119,8 @@ fn paint(ui: &mut Ui, whole: Rect, desk: &mut Desk<'_>) -> Option<Rect> {
             return rect;
         }
     }
-    if let (true, Some(map)) = (session.error_map, shown.judgement.as_ref().and_then(|j| j.maps.get(edited))) {
+    if let (true, Some(map)) = (session.error_map, shown.judgement.as_ref().and_then(|j| j.maps.get(edited)))
+    {
         let texture = screen.texture(ui, Slot::ErrorMap, stamp, || Some(picture::heat(map, FULL_ERROR)))?;
         return Some(one(ui, whole, &texture, "relative squared error"));
     }
@@ -236,7 +239,10 @@ fn navigate(ui: &Ui, response: &Response, facts: &SceneFacts, desk: &mut Desk<'_
         let by = response.drag_delta() * TURN_PER_POINT;
         if by != egui::Vec2::ZERO {
             let orbits = session.flight.orbits;
-            session.fly(facts, |look| if orbits { orbit(look, by.x, by.y) } else { look_around(look, by.x, -by.y) });
+            session.fly(
+                facts,
+                |look| if orbits { orbit(look, by.x, by.y) } else { look_around(look, by.x, -by.y) },
+            );
         }
     }
     let held = |key: Key| ui.input(|i| i.key_down(key) && !i.modifiers.command);

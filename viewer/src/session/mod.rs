@@ -266,7 +266,12 @@ impl Session {
         match extension.as_str() {
             "gltf" | "glb" => self.open_scene(path.display().to_string()),
             "hdr" | "exr" => self.edit(|s| s.sky = Some(SkySetting::File(path.into()))),
-            _ => return Err(format!("{}: neither a scene (.gltf, .glb) nor a sky (.hdr, .exr)", path.display())),
+            _ => {
+                return Err(format!(
+                    "{}: neither a scene (.gltf, .glb) nor a sky (.hdr, .exr)",
+                    path.display()
+                ));
+            }
         }
         Ok(())
     }

@@ -53,7 +53,12 @@ mod tests {
     #[test]
     fn frames_of_a_recording_look_through_what_was_seen() {
         let settings = RenderSettings { fps: 10.0, time: 1.5, ..Default::default() };
-        let look = |x: f32| LookAt { eye: [x, 0.1, 7.3], target: [0.0; 3], up: [0.0, 1.0, 0.0], vfov: 41f32.to_radians() };
+        let look = |x: f32| LookAt {
+            eye: [x, 0.1, 7.3],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            vfov: 41f32.to_radians(),
+        };
         let mut recording = Recording::new(100.0);
         for (now, x) in [(100.0, 0.0), (100.05, 0.5), (100.11, 1.0), (100.32, 2.0)] {
             recording.note(now, &settings, &look(x));

@@ -1,10 +1,10 @@
 //! Live error: the reference of a resting view, one sample per pixel at a time, and how far the pictures are from it.
 
 use frame::cpu::Image;
+use gridlight::Error;
 use gridlight::metrics;
 use gridlight::pipeline::Pipeline;
 use gridlight::reference::Moments;
-use gridlight::Error;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tracer::{Converger, Search};
@@ -76,7 +76,8 @@ impl Judge {
         let deviation = self.moments.standard_error();
         // The picture's own noise is part of its error.
         let none = Image::filled(self.moments.size, [0.0; 3]);
-        let excess = |test: &Arc<Image<[f32; 3]>>| metrics::excess_rel_mse(&mean, test, &deviation, &none).ok();
+        let excess =
+            |test: &Arc<Image<[f32; 3]>>| metrics::excess_rel_mse(&mean, test, &deviation, &none).ok();
         Judgement {
             spp: self.moments.count,
             seconds: self.begun.elapsed().as_secs_f64(),

@@ -49,7 +49,8 @@ pub fn read(gpu: &Gpu, last: &Rendered, pass: &str) -> Result<Output, Error> {
 fn find(last: &Rendered, pass: &str) -> Option<(String, Texture)> {
     let outputs = &last.log.outputs;
     let exact = outputs.iter().find(|(name, _)| name == pass);
-    let under = || outputs.iter().find(|(name, _)| name.strip_prefix(pass).is_some_and(|rest| rest.starts_with('/')));
+    let under =
+        || outputs.iter().find(|(name, _)| name.strip_prefix(pass).is_some_and(|rest| rest.starts_with('/')));
     if let Some((name, texture)) = exact.or_else(under) {
         return Some((name.clone(), texture.clone()));
     }
@@ -132,7 +133,10 @@ pub fn values(gpu: &Gpu, last: &Rendered, at: [f32; 2]) -> Result<Vec<(String, S
         let values = (words.get(at), distance.get(at), normal.get(at), motion.get(at));
         let (Some(words), Some(distance), Some(normal), Some([motion, id])) = values else { continue };
         let [width, height] = gbuffer.size();
-        all.push((format!("{name} pixel"), format!("{}, {} of {width}x{height}", at as u32 % width, at as u32 / width)));
+        all.push((
+            format!("{name} pixel"),
+            format!("{}, {} of {width}x{height}", at as u32 % width, at as u32 / width),
+        ));
         if *distance == 0.0 {
             all.push((format!("{name} hit"), "nothing".into()));
             continue;
@@ -153,7 +157,8 @@ pub fn values(gpu: &Gpu, last: &Rendered, at: [f32; 2]) -> Result<Vec<(String, S
         push("object", format!("{}", (id & 0x7fff_ffff).saturating_sub(1)));
     }
     for (name, light) in [("traced", &last.noisy), ("filtered", &last.denoised)] {
-        let lobes = std::iter::once(("diffuse", &light.diffuse)).chain(light.specular.iter().map(|s| ("specular", s)));
+        let lobes = std::iter::once(("diffuse", &light.diffuse))
+            .chain(light.specular.iter().map(|s| ("specular", s)));
         for (lobe, texture) in lobes {
             let texels: Vec<[f16; 4]> = gpu.read_texture(texture)?;
             if let Some(texel) = texels.get(spot(texture)) {
@@ -164,7 +169,10 @@ pub fn values(gpu: &Gpu, last: &Rendered, at: [f32; 2]) -> Result<Vec<(String, S
         }
         let counts: Vec<u32> = gpu.read_texture(&light.samples)?;
         if let Some(count) = counts.get(spot(&light.samples)) {
-            all.push((format!("{name} samples"), format!("{} diffuse, {} specular", count & 0xffff, count >> 16)));
+            all.push((
+                format!("{name} samples"),
+                format!("{} diffuse, {} specular", count & 0xffff, count >> 16),
+            ));
         }
     }
     for (name, texture) in &last.log.outputs {

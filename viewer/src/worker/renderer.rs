@@ -135,9 +135,11 @@ impl Renderer {
         }
         let before = self.order.replace(order);
         let Some(order) = &self.order else { return };
-        let changed = |part: fn(&Order) -> (&Option<String>, usize)| before.as_ref().map(part) != Some(part(order));
+        let changed =
+            |part: fn(&Order) -> (&Option<String>, usize)| before.as_ref().map(part) != Some(part(order));
         self.due.output |= changed(|o| (&o.watched, o.watched_side)) && order.watched.is_some();
-        self.due.values |= before.as_ref().map(|o| o.inspected) != Some(order.inspected) && order.inspected.is_some();
+        self.due.values |=
+            before.as_ref().map(|o| o.inspected) != Some(order.inspected) && order.inspected.is_some();
         self.due.flip |= order.wants_flip && before.as_ref().is_none_or(|o| !o.wants_flip);
     }
 
@@ -265,7 +267,8 @@ impl Renderer {
             if let [a, b] = world.pictures.as_slice() {
                 // Pictures with numbers that are none have no FLIP; their frames show them.
                 if let Ok(map) = metrics::flip::flip_map(a, b, 0.0, metrics::flip::PIXELS_PER_DEGREE) {
-                    let mean = map.texels().iter().map(|v| f64::from(*v)).sum::<f64>() / map.texels().len() as f64;
+                    let mean =
+                        map.texels().iter().map(|v| f64::from(*v)).sum::<f64>() / map.texels().len() as f64;
                     self.post.send(Event::Flip(map, mean));
                 }
             }
@@ -286,7 +289,14 @@ impl World {
         let to = post.clone();
         let progress = Progress::new(move |what, done| to.send(Event::Progress(what.into(), done)));
         let pipeline = Pipeline::new(gpu, settings, progress)?;
-        Ok(Self { pipeline, second: None, last: Vec::new(), pictures: Vec::new(), frames_done: 0, judge: None })
+        Ok(Self {
+            pipeline,
+            second: None,
+            last: Vec::new(),
+            pictures: Vec::new(),
+            frames_done: 0,
+            judge: None,
+        })
     }
 
     fn facts(&self) -> SceneFacts {
