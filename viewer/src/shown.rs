@@ -59,7 +59,7 @@ impl Shown {
                     self.say(format!("{}: {warning}", facts.settings.scene));
                 }
                 session.has_motion = facts.has_motion;
-                self.scene = Some(facts);
+                self.scene = Some(*facts);
                 self.output = None;
                 self.values.clear();
                 self.times = Default::default();

@@ -3,6 +3,7 @@
 use super::Desk;
 use crate::session::Side;
 use crate::shown::median_and_worst;
+use crate::worker::Part;
 use egui::{Color32, Sense, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 
@@ -43,6 +44,19 @@ pub fn show(ui: &mut Ui, desk: &mut Desk<'_>) {
                 ui.label(milliseconds(median));
                 ui.label(milliseconds(worst));
                 ui.end_row();
+            }
+        });
+        ui.horizontal_wrapped(|ui| {
+            ui.weak("G-buffer:");
+            for part in Part::ALL {
+                let is_held = held.as_deref() == Some(part.name());
+                let response = ui.selectable_label(is_held, part.name());
+                if response.hovered() {
+                    hovered = Some(part.name().into());
+                }
+                if response.clicked() {
+                    held = (!is_held).then(|| part.name().into());
+                }
             }
         });
         let total: Option<f64> = frame.passes.iter().map(|p| p.gpu_ms).sum();

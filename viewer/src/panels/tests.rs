@@ -36,7 +36,7 @@ impl Bench {
             widgets: Widgets::default(),
         };
         bench.tell(Event::Knobs(vec![("gather", vec![switch("mips")]), ("five_phase", vec![radius()])]));
-        bench.tell(Event::Scene(facts()));
+        bench.tell(Event::Scene(Box::new(facts())));
         bench.tell(Event::Frame(Box::new(frame(0))));
         bench.idle();
         bench

@@ -9,7 +9,7 @@ mod outputs;
 mod renderer;
 
 pub use judge::Judgement;
-pub use outputs::{Meaning, Output};
+pub use outputs::{Meaning, Output, Part};
 #[cfg(test)]
 pub use renderer::Pass;
 pub use renderer::{Frame, SceneFacts};
@@ -54,7 +54,7 @@ pub enum Event {
     /// Every knob there is.
     Knobs(Vec<(&'static str, Vec<KnobInfo>)>),
     /// Another scene stands.
-    Scene(SceneFacts),
+    Scene(Box<SceneFacts>),
     /// One side's next frame.
     Frame(Box<Frame>),
     /// What a pass wrote.
@@ -184,3 +184,7 @@ fn work(adapter: Option<String>, inbox: &Receiver<Message>, post: &Post) {
         }
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests;

@@ -36,22 +36,78 @@ pub struct Output {
 /// # Errors
 /// Reading back fails.
 pub fn read(gpu: &Gpu, last: &Rendered, pass: &str) -> Result<Output, Error> {
+    let scale = last.frame.radiance_scale;
+    if let Some(part) = Part::ALL.into_iter().find(|part| part.name() == pass) {
+        let words: Vec<[u32; 4]> = gpu.read_texture(&last.display.surface)?;
+        let texels = words.into_iter().map(|words| part.of(words, scale)).collect();
+        let (texels, meaning) = (Image::from_texels(last.display.size(), texels), part.meaning());
+        return Ok(Output { pass: pass.into(), what: pass.into(), meaning, texels });
+    }
     let Some((name, texture)) = find(last, pass) else {
         let what = format!("{pass} leaves no picture");
         return Ok(Output { pass: pass.into(), what, meaning: Meaning::Share, texels: None });
     };
-    let scale = last.frame.radiance_scale;
     let (what, meaning) = reading(&texture);
     let texels = unpacked(gpu, &texture, scale)?;
     Ok(Output { pass: pass.into(), what: format!("{name}: {what}"), meaning, texels })
 }
 
+/// A part of what the G-buffer of display size holds, looked at as if a pass had written it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Base colour.
+    Base,
+    /// Shading normal, -1..1 as 0..1.
+    Normal,
+    /// Along tangent and bitangent, and metalness.
+    Roughness,
+    /// Radiance.
+    Emission,
+    /// Transmission.
+    Transmission,
+}
+
+impl Part {
+    /// In the order of the list.
+    pub const ALL: [Self; 5] =
+        [Self::Base, Self::Normal, Self::Roughness, Self::Emission, Self::Transmission];
+
+    /// As the list calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Base => "base colour",
+            Self::Normal => "normal",
+            Self::Roughness => "roughness, metalness",
+            Self::Emission => "emission",
+            Self::Transmission => "transmission",
+        }
+    }
+
+    fn meaning(self) -> Meaning {
+        if self == Self::Emission { Meaning::Radiance } else { Meaning::Share }
+    }
+
+    fn of(self, words: [u32; 4], radiance_scale: f32) -> [f32; 3] {
+        if words == [0; 4] {
+            return [0.0; 3];
+        }
+        let surface = Surface::unpack_gbuffer(words);
+        match self {
+            Self::Base => surface.base.into(),
+            Self::Normal => (0.5 * surface.normal + Vec3::splat(0.5)).into(),
+            Self::Roughness => [surface.roughness.x, surface.roughness.y, surface.metalness],
+            Self::Emission => (surface.emission / radiance_scale).into(),
+            Self::Transmission => [surface.transmission; 3],
+        }
+    }
+}
+
 fn find(last: &Rendered, pass: &str) -> Option<(String, Texture)> {
-    let outputs = &last.log.outputs;
-    let exact = outputs.iter().find(|(name, _)| name == pass);
-    let under =
-        || outputs.iter().find(|(name, _)| name.strip_prefix(pass).is_some_and(|rest| rest.starts_with('/')));
-    if let Some((name, texture)) = exact.or_else(under) {
+    // A pass may keep what it wrote to itself.
+    let outputs = || last.log.outputs.iter().filter(|(_, texture)| can_be_read(texture));
+    let exact = outputs().find(|(name, _)| name == pass);
+    let is_under = |name: &str| name.strip_prefix(pass).is_some_and(|rest| rest.starts_with('/'));
+    if let Some((name, texture)) = exact.or_else(|| outputs().find(|(name, _)| is_under(name))) {
         return Some((name.clone(), texture.clone()));
     }
     let (name, texture) = match pass.split('/').next()? {
@@ -63,6 +119,10 @@ fn find(last: &Rendered, pass: &str) -> Option<(String, Texture)> {
         _ => return None,
     };
     Some((name.into(), texture.clone()))
+}
+
+fn can_be_read(texture: &Texture) -> bool {
+    texture.usage().contains(wgpu::TextureUsages::COPY_SRC)
 }
 
 /// What a texture holds, by its label where the format does not say.
@@ -178,11 +238,12 @@ pub fn values(gpu: &Gpu, last: &Rendered, at: [f32; 2]) -> Result<Vec<(String, S
     for (name, texture) in &last.log.outputs {
         // The light and the G-buffers have been there already.
         let known = ["RadianceImage::", "GBuffer::"].iter().any(|label| texture.label().starts_with(label));
-        if let (false, Some(image)) = (known, unpacked(gpu, texture, scale)?) {
-            if let Some(value) = image.texels().get(spot(texture)) {
-                all.push((name.clone(), vector(*value)));
-            }
+        if known || !can_be_read(texture) {
+            continue;
         }
+        let image = unpacked(gpu, texture, scale)?;
+        let value = image.as_ref().and_then(|image| image.texels().get(spot(texture)));
+        all.extend(value.map(|value| (name.clone(), vector(*value))));
     }
     Ok(all)
 }

@@ -191,7 +191,7 @@ impl Renderer {
                 let Some(gpu) = self.gpu.clone() else { return Ok(()) };
                 let mut world = World::load(gpu, first, &self.post)?;
                 world.follow(order, false)?;
-                self.post.send(Event::Scene(world.facts()));
+                self.post.send(Event::Scene(Box::new(world.facts())));
                 self.world = Some(world);
                 Ok(())
             }
