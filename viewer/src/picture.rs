@@ -66,10 +66,10 @@ fn grey(value: f32) -> Color32 {
 pub fn develop(radiance: &Image<[f32; 3]>, development: &Development) -> ColorImage {
     let exposure = development.exposure_stops.exp2();
     color_image(radiance, |texel| {
-        if development.mark_strange {
-            if let Some(mark) = strange(texel) {
-                return mark;
-            }
+        if development.mark_strange
+            && let Some(mark) = strange(texel)
+        {
+            return mark;
         }
         let [r, g, b] = texel.map(|v| if v.is_nan() { 0.0 } else { v * exposure });
         if development.false_color {

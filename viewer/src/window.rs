@@ -148,10 +148,10 @@ impl ApplicationHandler<Wake> for Viewer {
 
 impl Viewer {
     fn end(&mut self, event_loop: &ActiveEventLoop, failure: Option<Failure>) {
-        if let Some(open) = self.desk.take() {
-            if open.script.is_some() {
-                println!("{}", turns(&open.turns));
-            }
+        if let Some(open) = self.desk.take()
+            && open.script.is_some()
+        {
+            println!("{}", turns(&open.turns));
         }
         self.failure = failure;
         event_loop.exit();
@@ -297,10 +297,10 @@ impl Open {
         }
         self.painter.draw(shapes, full.pixels_per_point, &mut full.textures_delta, screenshots);
         self.send_order();
-        if self.painter.is_lost() {
-            if let Err(failure) = self.look_again() {
-                return Next::Fail(failure);
-            }
+        if self.painter.is_lost()
+            && let Err(failure) = self.look_again()
+        {
+            return Next::Fail(failure);
         }
         let delay = full.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
         if delay.is_zero() {

@@ -94,10 +94,10 @@ fn cameras(ui: &mut Ui, desk: &mut Desk<'_>) {
                 desk.session.edit(|s| s.view = View::LookAt(look));
             }
         });
-    } else if ui.button("free the camera").clicked() {
-        if let Some(look) = camera::look(&desk.session.settings().view, facts) {
-            desk.session.edit(|s| s.view = View::LookAt(look));
-        }
+    } else if ui.button("free the camera").clicked()
+        && let Some(look) = camera::look(&desk.session.settings().view, facts)
+    {
+        desk.session.edit(|s| s.view = View::LookAt(look));
     }
 }
 

@@ -48,10 +48,10 @@ impl Screen {
         stamp: (u64, Development),
         make: impl FnOnce() -> Option<ColorImage>,
     ) -> Option<TextureHandle> {
-        if let Some((texture, made)) = self.slots.get(&slot) {
-            if *made == stamp {
-                return Some(texture.clone());
-            }
+        if let Some((texture, made)) = self.slots.get(&slot)
+            && *made == stamp
+        {
+            return Some(texture.clone());
         }
         let image = make()?;
         // Wider than the window's card can: nothing rather than an end.
@@ -109,15 +109,15 @@ fn paint(ui: &mut Ui, whole: Rect, desk: &mut Desk<'_>) -> Option<Rect> {
         screen.texture(ui, Slot::Side(index), stamp, || Some(picture::develop(image, &session.development)))
     };
     let edited = session.edited.index();
-    if let (Some(watched), Some(output)) = (session.watched(), &shown.output) {
-        if output.pass == watched {
-            let made = || picture::develop_output(output, &session.development);
-            if let Some(texture) = screen.texture(ui, Slot::Output, stamp, made) {
-                return Some(one(ui, whole, &texture, &output.what));
-            }
-            let rect = side(screen, edited).map(|texture| one(ui, whole, &texture, &output.what));
-            return rect;
+    if let (Some(watched), Some(output)) = (session.watched(), &shown.output)
+        && output.pass == watched
+    {
+        let made = || picture::develop_output(output, &session.development);
+        if let Some(texture) = screen.texture(ui, Slot::Output, stamp, made) {
+            return Some(one(ui, whole, &texture, &output.what));
         }
+        let rect = side(screen, edited).map(|texture| one(ui, whole, &texture, &output.what));
+        return rect;
     }
     if let (true, Some(map)) = (session.error_map, shown.judgement.as_ref().and_then(|j| j.maps.get(edited)))
     {
@@ -213,14 +213,14 @@ fn inspect(ui: &Ui, rect: Rect, response: &Response, desk: &mut Desk<'_>) {
         let share = (at - rect.min) / rect.size();
         [share.x, share.y].map(|v| v.clamp(0.0, 1.0))
     };
-    if response.clicked_by(PointerButton::Primary) {
-        if let Some(at) = response.interact_pointer_pos().filter(|at| rect.contains(*at)) {
-            desk.session.inspected = Some(place(at));
-            // In a split the side that was clicked.
-            if desk.session.compare == Compare::Split && desk.session.asked.b.is_some() {
-                let is_b = place(at)[0] > desk.session.divider;
-                desk.session.edited = if is_b { Side::B } else { Side::A };
-            }
+    if response.clicked_by(PointerButton::Primary)
+        && let Some(at) = response.interact_pointer_pos().filter(|at| rect.contains(*at))
+    {
+        desk.session.inspected = Some(place(at));
+        // In a split the side that was clicked.
+        if desk.session.compare == Compare::Split && desk.session.asked.b.is_some() {
+            let is_b = place(at)[0] > desk.session.divider;
+            desk.session.edited = if is_b { Side::B } else { Side::A };
         }
     }
     if let Some([x, y]) = desk.session.inspected {
