@@ -7,12 +7,13 @@
 mod judge;
 mod outputs;
 mod renderer;
+mod world;
 
 pub use judge::Judgement;
 pub use outputs::{Meaning, Output, Part};
 #[cfg(test)]
-pub use renderer::Pass;
-pub use renderer::{Frame, SceneFacts};
+pub use world::Pass;
+pub use world::{Frame, SceneFacts};
 
 use gridlight::RenderSettings;
 use gridlight::stages::KnobInfo;
