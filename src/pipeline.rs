@@ -116,10 +116,9 @@ impl Pipeline {
         warnings.extend(upload_warnings);
 
         let most = gpu.device.limits().max_texture_dimension_2d;
-        let voxel_size = Layout::fit(scene.bounds(), settings.grid, most)?.voxel_size;
-
         progress.report("building kernels", 0.0);
         let tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(&gpu)?;
+        let voxel_size = Layout::fit(tessellator.bounds(&world), settings.grid, most)?.voxel_size;
         let tracer = find("tracer", &settings.tracer, tracer::all())?(&gpu)?;
         let denoiser = find("denoiser", &settings.denoiser, denoise::all())?(&gpu)?;
         let upsampler = find("upsampler", &settings.upsampler, upsample::all())?(&gpu)?;
@@ -167,12 +166,6 @@ impl Pipeline {
     /// changed: make another.
     pub fn change(&mut self, settings: &RenderSettings) -> Result<(), Error> {
         let before = std::mem::replace(&mut self.settings, settings.clone());
-        let gpu = &self.gpu;
-        if before.grid != settings.grid {
-            let most = gpu.device.limits().max_texture_dimension_2d;
-            self.voxel_size = Layout::fit(self.scene.bounds(), settings.grid, most)?.voxel_size;
-            self.searches.forget_grid();
-        }
         let another = [
             before.tracer != settings.tracer,
             before.denoiser != settings.denoiser,
@@ -182,8 +175,6 @@ impl Pipeline {
         let gpu = &self.gpu;
         if before.tessellator != settings.tessellator {
             self.tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(gpu)?;
-            self.searches.forget_grid();
-            self.searches.moved();
         }
         if another[0] {
             self.tracer = find("tracer", &settings.tracer, tracer::all())?(gpu)?;
@@ -205,7 +196,14 @@ impl Pipeline {
             };
             of(&knobs_before) != of(&knobs)
         };
-        if turned("voxel") {
+        if before.grid != settings.grid
+            || before.tessellator != settings.tessellator
+            || turned("voxel")
+            || turned(self.tessellator.name())
+        {
+            let most = self.gpu.device.limits().max_texture_dimension_2d;
+            let bounds = self.tessellator.bounds(&self.world);
+            self.voxel_size = Layout::fit(bounds, settings.grid, most)?.voxel_size;
             self.searches.forget_grid();
         }
         if turned(self.tessellator.name()) {
@@ -305,7 +303,7 @@ impl Pipeline {
             self.searches.moved();
         }
         self.progress.report("building the structure", 0.0);
-        let (search, bounds) = (self.tracer.search(), self.scene.bounds());
+        let (search, bounds) = (self.tracer.search(), self.tessellator.bounds(&self.world));
         let site = Site { scene: &self.world, mesh: &mesh, bounds, grid: self.settings.grid };
         self.searches.find_moving(&mut recorder, search, site)?;
 
@@ -363,8 +361,12 @@ impl Pipeline {
         let frame = self.next_frame()?;
         let mut recorder = Recorder::new(&self.gpu);
         let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
-        let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
+        let site = Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds: self.tessellator.bounds(&self.world),
+            grid: self.settings.grid,
+        };
         for search in searches {
             self.searches.build(&mut recorder, *search, site)?;
         }
@@ -405,7 +407,7 @@ impl Pipeline {
             let site = Site {
                 scene: &self.world,
                 mesh: &mesh,
-                bounds: self.scene.bounds(),
+                bounds: self.tessellator.bounds(&self.world),
                 grid: self.settings.grid,
             };
             for search in sampler.searches() {

@@ -3,7 +3,7 @@
 
 use crate::Error;
 use frame::scene_gpu::{GpuMesh, GpuScene};
-use frame::{FrameLog, Gpu, Knob, Recorder};
+use frame::{Buffer, FrameLog, Gpu, Knob, Recorder};
 use scene::Aabb;
 use tracer::bvh::cwbvh::{self, Cwbvh};
 use tracer::bvh::lbvh::{Lbvh, LbvhBuilder};
@@ -23,6 +23,8 @@ pub struct Searches {
     lbvh_moved: bool,
     grid_lights: Option<LightList>,
     triangle_lights: Option<LightList>,
+    /// The triangles they were built of.
+    triangles: Option<Buffer>,
 }
 
 /// What a structure is built of.
@@ -55,6 +57,7 @@ impl Searches {
             lbvh_moved: false,
             grid_lights: None,
             triangle_lights: None,
+            triangles: None,
         })
     }
 
@@ -98,6 +101,7 @@ impl Searches {
         what: Search,
         site: Site<'_>,
     ) -> Result<(), Error> {
+        self.recognise(site);
         if self.rest.as_ref().is_some_and(|rest| !self.voxelizer.can_follow(rest, site.mesh)) {
             self.forget_grid();
         }
@@ -116,6 +120,17 @@ impl Searches {
         }
     }
 
+    /// A tessellator says by other buffers that it made another mesh: then nothing that stands is of use.
+    fn recognise(&mut self, site: Site<'_>) {
+        if self.triangles.as_ref().is_some_and(|known| **known != *site.mesh.triangles) {
+            self.forget_grid();
+            self.lbvh = None;
+            self.cwbvh = None;
+            self.triangle_lights = None;
+        }
+        self.triangles = Some(site.mesh.triangles.clone());
+    }
+
     /// Makes sure that `what` stands. Submits what is recorded so far where building has to wait for it. The log has what
     /// did not go through the recorder.
     ///
@@ -129,6 +144,7 @@ impl Searches {
     ) -> Result<FrameLog, Error> {
         let gpu = recorder.gpu();
         let mut log = FrameLog::default();
+        self.recognise(site);
         match what {
             Search::Grid => {
                 if self.grid.is_none() {

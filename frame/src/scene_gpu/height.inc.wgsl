@@ -33,10 +33,10 @@ fn height_place(map: HeightMap, uv: vec2f) -> vec2f {
   return vec2f(dot(map.to_u, vec3f(uv, 1.0)), dot(map.to_v, vec3f(uv, 1.0)));
 }
 
-// The mip with two to four texels in `texels` of mip 0, the step between two vertices: fine enough for slopes, coarse
-// enough not to miss what lies between.
+// The mip with about two texels (1.4 to 2.8) in `texels` of mip 0, the step between two vertices: fine enough for slopes,
+// coarse enough not to miss what lies between.
 fn height_level(map: HeightMap, texels: f32) -> u32 {
-  let level = floor(log2(clamp(texels, 1.0, 1e9))) - 1.0;
+  let level = floor(log2(clamp(texels, 1.0, 1e9)) - 0.5);
   return min(u32(max(level, 0.0)), map.bits & 255u);
 }
 
@@ -66,41 +66,61 @@ fn height_mip(map: HeightMap, level: u32) -> HeightMip {
   return mip;
 }
 
-// Bilinear in a mip, metres.
-fn height_bilinear(map: HeightMap, mip: HeightMip, place: vec2f) -> f32 {
-  let modes = vec2u(map.bits >> 8u, map.bits >> 10u) & vec2u(3u);
+// Where a place lies in a mip: the texel up and left of it, and how far between that and the next.
+struct HeightCell {
+  low: vec2i,
+  part: vec2f,
+}
+
+fn height_cell(map: HeightMap, mip: HeightMip, place: vec2f) -> HeightCell {
+  let modes = height_modes(map);
   // Two is the period of repeat and mirror alike; it keeps integers small and leaves the fraction exact.
   let wrapped = select(place - 2.0 * floor(0.5 * place), clamp(place, vec2f(-1.0), vec2f(2.0)), modes == vec2u(2u));
   let at = wrapped * vec2f(mip.size) - vec2f(0.5);
-  let low = vec2i(floor(at));
-  let part = at - floor(at);
-  let size = vec2i(mip.size);
-  let x0 = height_wrap(low.x, size.x, modes.x);
-  let x1 = height_wrap(low.x + 1, size.x, modes.x);
-  let y0 = height_wrap(low.y, size.y, modes.y) * size.x;
-  let y1 = height_wrap(low.y + 1, size.y, modes.y) * size.x;
-  let top = mix(height_texel(mip, x0 + y0), height_texel(mip, x1 + y0), part.x);
-  let bottom = mix(height_texel(mip, x0 + y1), height_texel(mip, x1 + y1), part.x);
-  return map.scale * mix(top, bottom, part.y);
+  return HeightCell(vec2i(floor(at)), at - floor(at));
 }
 
-fn height_texel(mip: HeightMip, index: i32) -> f32 {
+fn height_modes(map: HeightMap) -> vec2u {
+  return vec2u(map.bits >> 8u, map.bits >> 10u) & vec2u(3u);
+}
+
+// 0..1.
+fn height_texel(map: HeightMap, mip: HeightMip, at: vec2i) -> f32 {
+  let modes = height_modes(map);
+  let size = vec2i(mip.size);
+  let index = height_wrap(at.y, size.y, modes.y) * size.x + height_wrap(at.x, size.x, modes.x);
   return bitcast<f32>(heights[mip.first + u32(index)]);
 }
 
-// Metres, and their slopes along the map's u and v, by central differences of one texel.
-fn height_with_slopes(map: HeightMap, level: u32, place: vec2f) -> vec3f {
-  let mip = height_mip(map, level);
-  let texel = 1.0 / vec2f(mip.size);
-  let du = vec2f(texel.x, 0.0);
-  let dv = vec2f(0.0, texel.y);
-  return vec3f(
-    height_bilinear(map, mip, place),
-    0.5 * f32(mip.size.x) * (height_bilinear(map, mip, place + du) - height_bilinear(map, mip, place - du)),
-    0.5 * f32(mip.size.y) * (height_bilinear(map, mip, place + dv) - height_bilinear(map, mip, place - dv)),
-  );
+// Bilinear in a mip, metres.
+fn height_bilinear(map: HeightMap, mip: HeightMip, place: vec2f) -> f32 {
+  let cell = height_cell(map, mip, place);
+  var sum = 0.0;
+  for (var tap = 0; tap < 4; tap += 1) {
+    let corner = vec2i(tap & 1, tap >> 1u);
+    let shares = select(1.0 - cell.part, cell.part, corner == vec2i(1));
+    sum += shares.x * shares.y * height_texel(map, mip, cell.low + corner);
+  }
+  return map.scale * sum;
 }
 
 fn height_at(map: HeightMap, level: u32, place: vec2f) -> f32 {
   return height_bilinear(map, height_mip(map, level), place);
+}
+
+// Slopes along the map's u and v, metres per once across: central differences of one and two texels, mixed so that their
+// errors of second order cancel. Wider ones would flatten what is fine, narrower ones would show the steps of 8 bits.
+fn height_slopes(map: HeightMap, level: u32, place: vec2f) -> vec2f {
+  let mip = height_mip(map, level);
+  var slopes = vec2f(0.0);
+  for (var i = 0u; i < 8u; i += 1u) {
+    let axis = i & 1u;
+    let reach = select(1.0, 2.0, (i & 2u) == 2u);
+    let sign = select(-1.0, 1.0, (i & 4u) == 4u);
+    let toward = select(vec2f(0.0, 1.0), vec2f(1.0, 0.0), axis == 0u);
+    let height = height_bilinear(map, mip, place + sign * reach * toward / vec2f(mip.size));
+    let weight = select(2.0 / 3.0, -1.0 / 12.0, reach == 2.0);
+    slopes += sign * weight * height * toward * vec2f(mip.size);
+  }
+  return slopes;
 }
