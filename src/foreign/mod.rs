@@ -133,10 +133,11 @@ impl Bench {
             let normal = picture.normal.as_ref().and_then(|n| n.get(x, y)).unwrap_or_default();
             let reflects =
                 picture.albedo_at(x, y).iter().any(|c| *c >= ALBEDO_MIN) || picture.lobes.is_some();
+            let albedo = Vec3::from(picture.albedo_at(x, y));
             Surface {
                 normal: Vec3::from(normal).try_normalize().unwrap_or(Vec3::Z),
                 // What there is no light of takes no part; what reflects nothing shines by itself, and passes by.
-                base: if has[0] && reflects { Vec3::ONE } else { Vec3::ZERO },
+                base: if has[0] && reflects { albedo.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO },
                 f0: if has[1] && reflects { 0.04 } else { 0.0 },
                 roughness: Vec2::from(roughness).clamp(Vec2::ZERO, Vec2::ONE),
                 ..Surface::default()
