@@ -14,7 +14,7 @@ use frame::{ColorImage, FrameInfo, FrameLog, GBuffer, Gpu, Knob, RadianceImage, 
 use scene::{Camera, Geometry, Scene};
 use std::ops::Range;
 use tessellate::Tessellator;
-use tracer::{Conventions, Converger, Gather, PathSettings, SampleRule, Search, Tracer, World};
+use tracer::{Converger, Gather, PathSettings, Search, Tracer, World};
 use upsample::Upsampler;
 use voxel::VoxelGrid;
 use voxel::grid::Layout;
@@ -216,7 +216,13 @@ impl Pipeline {
         }
         self.progress.report("building the structure", 0.0);
         let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
+            Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds: self.scene.bounds(),
+            grid: self.settings.grid,
+            cache: self.paths.build.cache,
+        };
         let mut build_log = self.searches.build(&mut recorder, self.tracer.search(), site)?;
         let world = self.searches.world(&self.world, &mesh);
 
@@ -268,7 +274,13 @@ impl Pipeline {
         let mut recorder = Recorder::new(&self.gpu);
         let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
         let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
+            Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds: self.scene.bounds(),
+            grid: self.settings.grid,
+            cache: self.paths.build.cache,
+        };
         for search in searches {
             self.searches.build(&mut recorder, *search, site)?;
         }
@@ -310,6 +322,7 @@ impl Pipeline {
                 mesh: &mesh,
                 bounds: self.scene.bounds(),
                 grid: self.settings.grid,
+                cache: false,
             };
             for search in sampler.searches() {
                 self.searches.build(&mut recorder, search, site)?;
@@ -360,15 +373,8 @@ impl Pipeline {
 
     /// Every knob of the chosen stages, by the id that `--set` takes.
     pub fn with_knobs<R>(&mut self, visit: impl FnOnce(Vec<(&'static str, Vec<Knob<'_>>)>) -> R) -> R {
-        let mut samples = self.paths.samples as u32;
-        let mut conventions = self.paths.conventions as u32;
-        let of_tracer = PathSettings::knobs(
-            &mut samples,
-            &mut conventions,
-            &mut self.paths.both_branches,
-            &mut self.paths.next_event,
-            &mut self.paths.roulette_from,
-        );
+        let mut choices = self.paths.choices();
+        let of_tracer = self.paths.knobs(&mut choices);
         let (tessellator, tracer) = (self.tessellator.name(), self.tracer.name());
         let (denoiser, upsampler) = (self.denoiser.name(), self.upsampler.name());
         let mut all = vec![
@@ -389,9 +395,7 @@ impl Pipeline {
             }
         }
         let result = visit(merged);
-        self.paths.samples = if samples == 0 { SampleRule::Fixed } else { SampleRule::Roughness };
-        self.paths.conventions =
-            if conventions == 0 { Conventions::Gridlight } else { Conventions::Reference };
+        self.paths.choose(choices);
         result
     }
 
@@ -403,6 +407,11 @@ impl Pipeline {
                 ("voxel", "elevation", "voxel"),
                 ("voxel", "axes", "dominant"),
                 ("tracer", "samples", "roughness"),
+                ("tracer", "lobe", "paper"),
+                ("tracer", "fresnel", "schlick"),
+                ("tracer", "noise", "paper"),
+                ("tracer", "one_lobe", "on"),
+                ("tracer", "shadow_rays", "off"),
                 ("tracer", "next_event", "off"),
                 ("tracer", "both_branches", "off"),
                 ("best_candidate", "plane_test", "off"),

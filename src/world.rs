@@ -7,7 +7,7 @@ use frame::{FrameLog, Gpu, Knob, Recorder};
 use scene::Aabb;
 use tracer::bvh::cwbvh::{self, Cwbvh};
 use tracer::bvh::lbvh::{Lbvh, LbvhBuilder};
-use tracer::{LightList, Search, World};
+use tracer::{LightList, RadianceCache, Search, World};
 use voxel::{VoxelGrid, Voxelizer};
 
 /// The structures that stand, and what builds them.
@@ -19,6 +19,7 @@ pub struct Searches {
     cwbvh: Option<Cwbvh>,
     lbvh_moved: bool,
     grid_lights: Option<LightList>,
+    cache: Option<RadianceCache>,
     triangle_lights: Option<LightList>,
 }
 
@@ -33,6 +34,8 @@ pub struct Site<'a> {
     pub bounds: Aabb,
     /// Cells on the longest axis.
     pub grid: u32,
+    /// Voxels keep radiance.
+    pub cache: bool,
 }
 
 impl Searches {
@@ -49,6 +52,7 @@ impl Searches {
             cwbvh: None,
             lbvh_moved: false,
             grid_lights: None,
+            cache: None,
             triangle_lights: None,
         })
     }
@@ -67,6 +71,7 @@ impl Searches {
     pub fn forget_grid(&mut self) {
         self.grid = None;
         self.grid_lights = None;
+        self.cache = None;
     }
 
     /// Triangles moved: what depends on their places is built anew, or refitted, when it is asked for.
@@ -125,6 +130,12 @@ impl Searches {
             }
             _ => {}
         }
+        match (what, &self.grid) {
+            (Search::Grid, Some(grid)) if site.cache && self.cache.is_none() => {
+                self.cache = Some(RadianceCache::new(gpu, grid)?);
+            }
+            _ => {}
+        }
         Ok(log)
     }
 
@@ -137,6 +148,7 @@ impl Searches {
             lbvh: self.lbvh.as_deref(),
             cwbvh: self.cwbvh.as_ref().map(|built| &built.bvh),
             grid_lights: self.grid_lights.as_ref(),
+            cache: self.cache.as_ref(),
             triangle_lights: self.triangle_lights.as_ref(),
         }
     }
