@@ -31,6 +31,7 @@ struct BrdfSample {
 
 struct BrdfValue {
   diffuse: vec3f,    // 1/sr, without the cosine
+  lambert: f32,      // the same over its albedo
   specular: vec3f,
   pdf_diffuse: f32,  // 1/sr, of brdf_sample_diffuse
   pdf_specular: f32, // 1/sr, of brdf_sample_specular
@@ -226,14 +227,21 @@ fn brdf_no_sample() -> BrdfSample {
   return BrdfSample(vec3f(0.0, 0.0, 1.0), vec3f(0.0), 0.0, 1.0, false, false, false);
 }
 
-// f_d times pi.
-fn brdf_diffuse(s: Surface, wo: vec3f, wi: vec3f) -> vec3f {
-  let albedo = brdf_diffuse_albedo(s);
+// f_d over its albedo, times pi; `energy` is that towards wi.
+fn brdf_lambert(s: Surface, wo: vec3f, wi: vec3f, energy: vec2f) -> f32 {
   if (brdf_compensated && !brdf_paper_lobe) {
-    return albedo * brdf_coupling(s, brdf_to_local(s, wo), brdf_to_local(s, wi));
+    return brdf_coupling(s, energy);
   }
   let h = normalize(wo + wi);
-  return albedo * (1.0 - brdf_schlick(vec3f(s.f0), vec3f(s.f90), dot(wi, h)));
+  return 1.0 - brdf_schlick(vec3f(s.f0), vec3f(s.f90), dot(wi, h)).x;
+}
+
+// E and B towards l, where what is put back asks for them.
+fn brdf_energy_towards(s: Surface, l: vec3f) -> vec2f {
+  if (!brdf_compensated || brdf_paper_lobe || l.z <= 0.0 || !brdf_has_specular(s)) {
+    return vec2f(1.0, 0.0);
+  }
+  return brdf_energy_of(s, l);
 }
 
 // By the cosine about +z.
@@ -250,7 +258,7 @@ fn brdf_sample_diffuse(s: Surface, wo: vec3f, u: vec2f) -> BrdfSample {
     return result;
   }
   result.wi = brdf_to_world(s, l);
-  result.weight = brdf_diffuse(s, wo, result.wi);
+  result.weight = brdf_diffuse_albedo(s) * brdf_lambert(s, wo, result.wi, brdf_energy_towards(s, l));
   result.pdf = l.z / BRDF_PI;
   result.valid = true;
   return result;
@@ -267,31 +275,30 @@ fn brdf_sample_specular(s: Surface, wo: vec3f, u: vec3f, inside: bool) -> BrdfSa
   let is_delta = brdf_is_delta(s);
   let alpha = brdf_alpha(s);
   var back = BrdfPutBack(vec3f(0.0), 0.0);
-  var choice = u.z;
   if (brdf_compensated && !is_delta) {
-    back = brdf_put_back(s, v);
-    if (u.z >= 1.0 - back.probability) {
-      return brdf_reflected(s, v, brdf_cosine(u.xy), inside, back);
-    }
-    choice = min(u.z / (1.0 - back.probability), 0.99999994);
+    back = brdf_put_back(s);
   }
+  let is_put_back = u.z >= 1.0 - back.probability;
+  let choice = min(u.z / max(1.0 - back.probability, 1e-6), 0.99999994);
   var h = vec3f(0.0, 0.0, 1.0);
   if (!is_delta) {
     h = brdf_sample_normal(v, alpha, u.xy);
   }
   let cosine = min(dot(v, h), 1.0);
-  if (cosine < BRDF_LEAST_COSINE) {
+  if (cosine < BRDF_LEAST_COSINE && !is_put_back) {
     return brdf_no_sample();
   }
   let facet = brdf_facet(s, cosine, inside);
-  let is_through = choice >= facet.reflect_probability;
+  let is_through = choice >= facet.reflect_probability && !is_put_back;
   let chosen = max(select(facet.reflect_probability, 1.0 - facet.reflect_probability, is_through), 1e-20);
   let branch = chosen * (1.0 - back.probability);
   let straight = brdf_is_straight(s);
   let eta = brdf_eta(s, inside);
   let refracted = max(brdf_refracted_cosine(cosine, eta), 0.0);
   var l = 2.0 * cosine * h - v;
-  if (is_through) {
+  if (is_put_back) {
+    l = brdf_cosine(u.xy);
+  } else if (is_through) {
     if (straight) {
       return brdf_passed(s, -v, facet.transmitted / branch, branch);
     }
@@ -299,7 +306,7 @@ fn brdf_sample_specular(s: Surface, wo: vec3f, u: vec3f, inside: bool) -> BrdfSa
   }
   let is_below = select(l.z, -l.z, is_through) < BRDF_LEAST_COSINE;
   // What clear facets keep from each other passes on: as its own share of the draw, so that nothing is lost.
-  if (brdf_compensated && !is_delta && s.transmission > 0.0) {
+  if (brdf_compensated && !is_delta && !is_put_back && s.transmission > 0.0) {
     let rest = select(choice, choice - facet.reflect_probability, is_through) / chosen;
     if (is_below || rest >= brdf_shadowing(v, l, alpha)) {
       let kept = select(facet.clear, facet.transmitted, is_through) / branch;
@@ -314,7 +321,10 @@ fn brdf_sample_specular(s: Surface, wo: vec3f, u: vec3f, inside: bool) -> BrdfSa
     return brdf_no_sample();
   }
   if (!is_through && !is_delta) {
-    return brdf_reflected(s, v, l, inside, back);
+    // Any of the reflecting parts may have drawn it: weighted by the density of all.
+    let value = brdf_lobe(s, v, l, inside, back, brdf_energy_towards(s, l));
+    let weight = value.specular * (l.z / max(value.pdf_specular, 1e-30));
+    return BrdfSample(brdf_to_world(s, l), weight, value.pdf_specular, 1.0, false, false, value.pdf_specular > 0.0);
   }
   var light = select(facet.reflected, facet.transmitted, is_through) / branch;
   var pdf = 0.0;
@@ -335,18 +345,6 @@ fn brdf_passed(s: Surface, l: vec3f, weight: vec3f, branch: f32) -> BrdfSample {
   return BrdfSample(brdf_to_world(s, l), weight, 0.0, branch, true, true, true);
 }
 
-// A direction that any of the reflecting parts may have drawn, weighted by the density of all.
-fn brdf_reflected(s: Surface, v: vec3f, l: vec3f, inside: bool, back: BrdfPutBack) -> BrdfSample {
-  if (l.z < BRDF_LEAST_COSINE) {
-    return brdf_no_sample();
-  }
-  let value = brdf_lobe(s, v, l, inside, back);
-  if (value.pdf_specular <= 0.0) {
-    return brdf_no_sample();
-  }
-  return BrdfSample(brdf_to_world(s, l), value.specular * (l.z / value.pdf_specular), value.pdf_specular, 1.0, false, false, true);
-}
-
 // Solid angle of facet normals over that of refracted directions, for both cosines positive.
 fn brdf_refraction_jacobian(cosine: f32, refracted: f32, eta: f32) -> f32 {
   let d = eta * cosine - refracted;
@@ -361,15 +359,17 @@ fn brdf_eval(s: Surface, wo: vec3f, wi: vec3f) -> BrdfValue {
 }
 
 fn brdf_eval_side(s: Surface, wo: vec3f, wi: vec3f, inside: bool) -> BrdfValue {
-  var value = BrdfValue(vec3f(0.0), vec3f(0.0), 0.0, 0.0);
+  var value = BrdfValue(vec3f(0.0), 0.0, vec3f(0.0), 0.0, 0.0);
   let v = brdf_to_local(s, wo);
   let l = brdf_to_local(s, wi);
   if (v.z < BRDF_LEAST_COSINE || abs(l.z) < BRDF_LEAST_COSINE) {
     return value;
   }
   let is_reflection = l.z > 0.0;
+  let energy = brdf_energy_towards(s, l);
   if (is_reflection) {
-    value.diffuse = brdf_diffuse(s, wo, wi) / BRDF_PI;
+    value.lambert = brdf_lambert(s, wo, wi, energy) / BRDF_PI;
+    value.diffuse = brdf_diffuse_albedo(s) * value.lambert;
     value.pdf_diffuse = l.z / BRDF_PI;
   }
   if (brdf_is_delta(s) || !brdf_has_specular(s) || (!is_reflection && (s.transmission == 0.0 || brdf_is_straight(s)))) {
@@ -384,21 +384,22 @@ fn brdf_eval_side(s: Surface, wo: vec3f, wi: vec3f, inside: bool) -> BrdfValue {
   }
   var back = BrdfPutBack(vec3f(0.0), 0.0);
   if (brdf_compensated) {
-    back = brdf_put_back(s, v);
+    back = brdf_put_back(s);
   }
-  let lobe = brdf_lobe(s, v, l, inside, back);
+  let lobe = brdf_lobe(s, v, l, inside, back, energy);
   value.specular = lobe.specular;
   value.pdf_specular = lobe.pdf_specular;
   return value;
 }
 
-// The specular lobe of a surface that is no mirror, reflected or refracted, with what is put back.
-fn brdf_lobe(s: Surface, v: vec3f, l: vec3f, inside: bool, back: BrdfPutBack) -> BrdfValue {
-  var value = BrdfValue(vec3f(0.0), vec3f(0.0), 0.0, 0.0);
+// The specular lobe of a surface that is no mirror, reflected or refracted, with what is put back; `energy` is that
+// towards l.
+fn brdf_lobe(s: Surface, v: vec3f, l: vec3f, inside: bool, back: BrdfPutBack, energy: vec2f) -> BrdfValue {
+  var value = BrdfValue(vec3f(0.0), 0.0, vec3f(0.0), 0.0, 0.0);
   let is_reflection = l.z > 0.0;
   let alpha = brdf_alpha(s);
   if (is_reflection && back.probability > 0.0) {
-    value.specular = back.value * max(1.0 - brdf_energy(l, alpha).x, 0.0);
+    value.specular = back.value * max(1.0 - energy.x, 0.0);
     value.pdf_specular = back.probability * l.z / BRDF_PI;
   }
   let eta = brdf_eta(s, inside);

@@ -36,15 +36,16 @@
 //! reference images: masking as a product, `f_d = M_d / pi (1 - F_d(h))`, and nothing put back.
 
 mod energy;
+mod facets;
 mod paper;
 mod reference;
+mod rules;
 #[cfg(test)]
 mod tests;
 
 pub use energy::BrdfTable;
-pub use reference::{
-    Brdf, Fresnel, Lobe, Modulators, Rules, Sample, Value, has_specular, is_delta, modulators,
-};
+pub use reference::{Brdf, Modulators, Sample, Value, has_specular, is_delta, modulators};
+pub use rules::{Fresnel, Lobe, Rules};
 
 /// The shader's half, after [`crate::surface::WGSL`]: every struct named `Brdf*` and function named `brdf_*`.
 pub const WGSL: &str = concat!(

@@ -47,7 +47,7 @@ fn brdf_sample_paper(s: Surface, v: vec3f, u: vec3f, inside: bool) -> BrdfSample
 }
 
 fn brdf_eval_paper(s: Surface, v: vec3f, l: vec3f, inside: bool) -> BrdfValue {
-  var value = BrdfValue(vec3f(0.0), vec3f(0.0), 0.0, 0.0);
+  var value = BrdfValue(vec3f(0.0), 0.0, vec3f(0.0), 0.0, 0.0);
   let is_through = l.z < 0.0;
   let middle = brdf_paper_middle(s, v, is_through, inside);
   let tip = l * (middle.z / l.z);

@@ -8,9 +8,8 @@
 //! The lobe's value is what makes each of its samples weigh what a facet facing +z reflects: `f cos = F pdf`. It loses
 //! nothing and is not reciprocal. A direction without roughness gets 0.01, so that the parallelogram has an area.
 
-use super::reference::{
-    Brdf, LEAST_COSINE, NO_SAMPLE, Sample, eta, is_delta, is_straight, passed, refracted_cosine, to_world,
-};
+use super::facets::refracted_cosine;
+use super::reference::{Brdf, LEAST_COSINE, NO_SAMPLE, Sample, eta, is_delta, is_straight, passed, to_world};
 use crate::surface::Surface;
 use glam::{DVec2, DVec3};
 

@@ -1,7 +1,11 @@
 //! The CPU half: the same functions as `brdf.inc.wgsl`, in the same order, in f64.
 
 use super::energy::{self, PutBack};
-use super::{BrdfTable, paper};
+use super::facets::{
+    f90, fresnel, fresnel_schlick, grazing, ior, lambda, refracted_cosine, refraction_jacobian,
+    sample_normal, schlick, shadowing, visible,
+};
+use super::{BrdfTable, Fresnel, Lobe, Rules, paper};
 use crate::surface::Surface;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -52,52 +56,6 @@ pub struct Value {
     pub pdf_specular: f64,
 }
 
-/// The shape of the specular lobe.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Lobe {
-    /// GGX facets.
-    #[default]
-    Ggx,
-    /// The paper's: see `paper.rs`.
-    Paper,
-}
-
-/// How clear surfaces divide light between reflection and refraction.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Fresnel {
-    /// Unpolarised, exact.
-    #[default]
-    Exact,
-    /// Schlick's approximation of 1994, the paper's.
-    Schlick,
-}
-
-/// Whose rules the lobes follow. Shaders get it as constants.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Rules {
-    /// Of the specular lobe.
-    pub lobe: Lobe,
-    /// Of clear surfaces.
-    pub fresnel: Fresnel,
-    /// Masking is a product of two factors instead of height-correlated, and what facets keep from each other is lost: the
-    /// convention of the shared references.
-    pub lossy: bool,
-}
-
-impl Rules {
-    /// Values of the shader's constants.
-    pub fn constants(self) -> [(&'static str, f64); 4] {
-        [
-            ("brdf_paper_lobe", f64::from(self.lobe == Lobe::Paper)),
-            ("brdf_schlick_glass", f64::from(self.fresnel == Fresnel::Schlick)),
-            ("brdf_separable", f64::from(self.lossy)),
-            ("brdf_compensated", f64::from(!self.lossy)),
-        ]
-    }
-}
-
 /// The lobes of surfaces under some rules.
 #[derive(Clone, Copy, Debug)]
 pub struct Brdf<'a> {
@@ -109,46 +67,6 @@ pub struct Brdf<'a> {
 
 pub(super) fn luminance(c: DVec3) -> f64 {
     c.dot(DVec3::new(0.2126, 0.7152, 0.0722))
-}
-
-// ---- Fresnel ----
-
-pub(super) fn f90(f0: f64) -> f64 {
-    (f0 / 0.02).min(1.0)
-}
-
-fn schlick(f0: DVec3, f90: f64, cosine: f64) -> DVec3 {
-    f0 + (f90 - f0) * (1.0 - cosine).clamp(0.0, 1.0).powi(5)
-}
-
-pub(super) fn ior(f0: f64) -> f64 {
-    let root = f0.sqrt().min(0.99);
-    (1.0 + root) / (1.0 - root)
-}
-
-/// None at total reflection; `eta` is the index before the surface over the one behind it.
-pub(super) fn refracted_cosine(cosine: f64, eta: f64) -> Option<f64> {
-    let squared = 1.0 - eta * eta * (1.0 - cosine * cosine);
-    (squared > 0.0).then(|| squared.sqrt())
-}
-
-pub(super) fn fresnel(cosine: f64, eta: f64) -> f64 {
-    let Some(refracted) = refracted_cosine(cosine, eta) else { return 1.0 };
-    let s = (eta * cosine - refracted) / (eta * cosine + refracted);
-    let p = (cosine - eta * refracted) / (cosine + eta * refracted);
-    (0.5 * (s * s + p * p)).min(1.0)
-}
-
-/// Schlick's for both sides: from the denser one it takes the cosine beyond the surface.
-pub(super) fn fresnel_schlick(cosine: f64, eta: f64) -> f64 {
-    let Some(refracted) = refracted_cosine(cosine, eta) else { return 1.0 };
-    let f0 = ((eta - 1.0) / (eta + 1.0)).powi(2);
-    f0 + (1.0 - f0) * grazing(if eta > 1.0 { refracted } else { cosine })
-}
-
-/// Schlick's of a surface that reflects nothing straight on.
-pub(super) fn grazing(cosine: f64) -> f64 {
-    (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
 // ---- the surface as the lobes see it ----
@@ -220,7 +138,7 @@ pub fn modulators(s: &Surface, mu: f64, table: &BrdfTable) -> Modulators {
     Modulators { diffuse: diffuse_albedo(s), specular: specular.max(DVec3::splat(LEAST_MODULATOR)) }
 }
 
-// ---- GGX ----
+// ---- directions ----
 
 fn frame(s: &Surface) -> [DVec3; 3] {
     let (n, t) = (s.normal.as_dvec3(), s.tangent.as_dvec3());
@@ -235,35 +153,6 @@ pub(super) fn to_local(s: &Surface, w: DVec3) -> DVec3 {
 pub(super) fn to_world(s: &Surface, l: DVec3) -> DVec3 {
     let [t, b, n] = frame(s);
     (l.x * t + l.y * b + l.z * n).normalize()
-}
-
-pub(super) fn ggx(h: DVec3, alpha: DVec2) -> f64 {
-    let x = h.truncate() / alpha;
-    let e = x.length_squared() + h.z * h.z;
-    1.0 / (PI * alpha.x * alpha.y * e * e)
-}
-
-fn lambda(v: DVec3, alpha: DVec2) -> f64 {
-    let x = alpha * v.truncate() / v.z;
-    0.5 * ((1.0 + x.length_squared()).sqrt() - 1.0)
-}
-
-pub(super) fn shadowing(v: DVec3, l: DVec3, alpha: DVec2) -> f64 {
-    let masked = 1.0 + lambda(v, alpha);
-    masked / (masked + lambda(l, alpha))
-}
-
-fn visible(v: DVec3, h: DVec3, alpha: DVec2) -> f64 {
-    ggx(h, alpha) / ((1.0 + lambda(v, alpha)) * v.z)
-}
-
-pub(super) fn sample_normal(v: DVec3, alpha: DVec2, u: DVec2) -> DVec3 {
-    let w = (alpha * v.truncate()).extend(v.z).normalize();
-    let (sin, cos) = (TAU * u.x).sin_cos();
-    let z = (1.0 - u.y) * (1.0 + w.z) - w.z;
-    let radius = (1.0 - z * z).clamp(0.0, 1.0).sqrt();
-    let h = DVec3::new(radius * cos, radius * sin, z) + w;
-    (alpha * h.truncate()).extend(h.z.max(1e-7)).normalize()
 }
 
 // ---- sampling ----
@@ -288,10 +177,6 @@ fn cosine_about_z(u: DVec2) -> DVec3 {
     let radius = u.x.sqrt();
     let (sin, cos) = (TAU * u.y).sin_cos();
     DVec3::new(radius * cos, radius * sin, (1.0 - u.x).max(0.0).sqrt())
-}
-
-fn refraction_jacobian(cosine: f64, refracted: f64, eta: f64) -> f64 {
-    refracted / (eta * cosine - refracted).powi(2).max(1e-12)
 }
 
 impl<'a> Brdf<'a> {

@@ -4,7 +4,7 @@ mod gpu;
 
 mod furnace;
 
-use super::reference::{fresnel, ggx, ior};
+use super::facets::{fresnel, ggx, ior};
 use super::*;
 use crate::surface::{self, Surface, hash};
 use glam::{DVec2, DVec3, Vec2, Vec3};

@@ -215,7 +215,7 @@ fn path_share(own: f32, other: f32) -> f32 {
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// `q`: probability with which a path goes on in the diffuse lobe.
+// `q`: probability with which a path goes on in the diffuse lobe. After brdf_look.
 fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, origin: vec3f, own: vec2u, q: f32, inside: bool) -> PathLight {
     let cosine = dot(surface.normal, sample.wi);
     // Seen from below its shading normal's horizon a surface is black, as for the samples of its lobes.
@@ -224,15 +224,9 @@ fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, ori
     }
     atomicAdd(&tally[TALLY_RAYS], 1u);
     let arriving = sample.irradiance * cosine * path_visibility(origin, sample.wi, sample.distance, own);
-    var specular = vec3f(0.0);
-    if (path_specular) {
-        let value = brdf_eval_side(surface, wo, sample.wi, inside);
-        specular = value.specular * path_share(sample.pdf, (1.0 - q) * value.pdf_specular);
-    }
-    var diffuse = vec3f(0.0);
-    if (q > 0.0) {
-        diffuse = brdf_diffuse(path_demodulated(surface), wo, sample.wi) * (path_share(sample.pdf, q * cosine / BRDF_PI) / BRDF_PI);
-    }
+    let value = brdf_eval_side(surface, wo, sample.wi, inside);
+    let specular = value.specular * path_share(sample.pdf, (1.0 - q) * value.pdf_specular);
+    let diffuse = value.lambert * path_share(sample.pdf, q * cosine / BRDF_PI);
     return PathLight(arriving * diffuse, arriving * specular);
 }
 

@@ -51,6 +51,7 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
             surface.handedness = -surface.handedness;
         }
 
+        brdf_look(surface, wo);
         let m_diffuse = brdf_diffuse_albedo(surface);
         let m_specular = brdf_modulators(surface, max(dot(surface.normal, wo), 0.0)).specular;
         let q = path_diffuse_probability(m_diffuse, m_specular, brdf_has_specular(surface));
@@ -62,7 +63,7 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
             let cached = cache_read(hit);
             is_known = cached.w > 0.0;
             if (is_known) {
-                found += (*path).throughput * m_diffuse * brdf_view(surface, wo) * cached.rgb;
+                found += (*path).throughput * m_diffuse * brdf_view(surface) * cached.rgb;
                 m_sampled = vec3f(0.0);
             }
             let is_followed = noise_at(pixel, serial, block + 3u).x < 0.5;

@@ -32,6 +32,7 @@ fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
 
     let m = brdf_modulators(surface, max(dot(surface.normal, wo), 0.0));
     let q = path_diffuse_probability(m.diffuse, m.specular, brdf_has_specular(surface));
+    brdf_look(surface, wo);
     var over_specular = 1.0 / m.specular;
     if (path_one_lobe) {
         over_specular *= surface.base;

@@ -91,41 +91,55 @@ fn brdf_kept(s: Surface, mean_energy: f32) -> vec3f {
     + (1.0 - s.metalness) * (1.0 - s.transmission) * brdf_kept_colour(vec3f(s.f0), vec3f(s.f90), mean_energy);
 }
 
-// Share of light from v, above a dielectric, that does not come back off its surface. A mirror's is Fresnel's.
-fn brdf_entering(s: Surface, v: vec3f, mean_energy: f32) -> f32 {
-  var energy = vec2f(1.0, brdf_grazing(v.z));
-  if (!brdf_is_delta(s)) {
-    energy = brdf_energy(v, brdf_alpha(s));
+// What the lobes need to know of the direction they are seen from: found once, by brdf_look, for all that is asked of a
+// vertex. A look-up is long, and drivers put it wherever it is called.
+struct BrdfSeen {
+  energy: vec2f,
+  mean: vec2f,
+};
+var<private> brdf_seen: BrdfSeen;
+
+// E and B towards w, in the tangent frame; a mirror's are Fresnel's.
+fn brdf_energy_of(s: Surface, w: vec3f) -> vec2f {
+  if (brdf_is_delta(s)) {
+    return vec2f(1.0, brdf_grazing(w.z));
   }
-  let kept = brdf_kept_colour(vec3f(s.f0), vec3f(s.f90), mean_energy).x;
+  return brdf_energy(vec3f(w.xy, max(w.z, BRDF_LEAST_COSINE)), brdf_alpha(s));
+}
+
+// Comes before brdf_sample_*, brdf_eval* and brdf_view with the same surface and wo.
+fn brdf_look(s: Surface, wo: vec3f) {
+  if (!brdf_compensated || brdf_paper_lobe || !brdf_has_specular(s)) {
+    return;
+  }
+  brdf_seen.energy = brdf_energy_of(s, brdf_to_local(s, wo));
+  brdf_seen.mean = vec2f(1.0, 1.0 / 21.0);
+  if (!brdf_is_delta(s)) {
+    brdf_seen.mean = brdf_energy_mean(brdf_alpha(s));
+  }
+}
+
+// Share of light from a direction of this energy that does not come back off a dielectric's surface.
+fn brdf_entering(s: Surface, energy: vec2f) -> f32 {
+  let kept = brdf_kept_colour(vec3f(s.f0), vec3f(s.f90), brdf_seen.mean.x).x;
   return max(1.0 - s.f0 * (energy.x - energy.y) - s.f90 * energy.y - kept * (1.0 - energy.x), 0.0);
 }
 
 // The factor of the diffuse lobe that depends on where it is seen from.
-fn brdf_view(s: Surface, wo: vec3f) -> f32 {
+fn brdf_view(s: Surface) -> f32 {
   if (!brdf_compensated || brdf_paper_lobe || s.f0 <= 0.0) {
     return 1.0;
   }
-  var mean = 1.0;
-  if (!brdf_is_delta(s)) {
-    mean = brdf_energy_mean(brdf_alpha(s)).x;
-  }
-  let v = brdf_to_local(s, wo);
-  return brdf_entering(s, vec3f(v.xy, max(v.z, BRDF_LEAST_COSINE)), mean);
+  return brdf_entering(s, brdf_seen.energy);
 }
 
-// The diffuse lobe under a dielectric's surface over its albedo, times pi: light has to get in and out again.
-fn brdf_coupling(s: Surface, v: vec3f, l: vec3f) -> f32 {
+// The diffuse lobe under a dielectric's surface over its albedo, times pi, for light from a direction of this energy:
+// light has to get in and out again.
+fn brdf_coupling(s: Surface, energy: vec2f) -> f32 {
   if (s.f0 <= 0.0) {
     return 1.0;
   }
-  var mean = vec2f(1.0, 1.0 / 21.0);
-  if (!brdf_is_delta(s)) {
-    mean = brdf_energy_mean(brdf_alpha(s));
-  }
-  let kept = brdf_kept_colour(vec3f(s.f0), vec3f(s.f90), mean.x).x;
-  let reflected = s.f0 * (mean.x - mean.y) + s.f90 * mean.y + kept * (1.0 - mean.x);
-  return brdf_entering(s, v, mean.x) * brdf_entering(s, l, mean.x) / max(1.0 - reflected, 1e-6);
+  return brdf_view(s) * brdf_entering(s, energy) / max(brdf_entering(s, brdf_seen.mean), 1e-6);
 }
 
 // ---- what rough facets keep from each other, put back as a lobe of its own (Kulla and Conty 2017) ----
@@ -137,15 +151,13 @@ struct BrdfPutBack {
   probability: f32,
 };
 
-fn brdf_put_back(s: Surface, v: vec3f) -> BrdfPutBack {
-  let alpha = brdf_alpha(s);
-  let mean = brdf_energy_mean(alpha).x;
-  let energy = brdf_energy(v, alpha);
+fn brdf_put_back(s: Surface) -> BrdfPutBack {
+  let energy = brdf_seen.energy;
   let lost = max(1.0 - energy.x, 0.0);
-  let kept = brdf_kept(s, mean);
+  let kept = brdf_kept(s, brdf_seen.mean.x);
   let opaque = s.metalness * s.base + vec3f((1.0 - s.metalness) * (1.0 - s.transmission) * s.f0);
   let edge = s.metalness + (1.0 - s.metalness) * (1.0 - s.transmission) * s.f90;
   let once = brdf_luminance(opaque * (energy.x - energy.y)) + edge * energy.y + (1.0 - s.metalness) * s.transmission;
   let again = brdf_luminance(kept) * lost;
-  return BrdfPutBack(kept * (lost / (BRDF_PI * max(1.0 - mean, 1e-7))), again / max(again + once, 1e-20));
+  return BrdfPutBack(kept * (lost / (BRDF_PI * max(1.0 - brdf_seen.mean.x, 1e-7))), again / max(again + once, 1e-20));
 }

@@ -1,7 +1,7 @@
 //! Makes `table.bin`: `cargo test -p frame --lib integrate -- --ignored`.
 
 use super::*;
-use crate::brdf::reference::{sample_normal, shadowing};
+use crate::brdf::facets::{sample_normal, shadowing};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Facets that integrate one node: a rank-1 lattice, in which each has a height of its own.

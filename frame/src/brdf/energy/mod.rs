@@ -21,7 +21,8 @@
 #[cfg(test)]
 pub(super) mod integrate;
 
-use super::reference::{DELTA_ALPHA, alpha, f90, grazing, is_delta, luminance};
+use super::facets::{f90, grazing};
+use super::reference::{DELTA_ALPHA, alpha, is_delta, luminance};
 use crate::surface::Surface;
 use crate::{Buffer, Gpu, GpuError, Room};
 use glam::{DVec2, DVec3};

@@ -25,6 +25,7 @@ fn sample_and_evaluate(@builtin(global_invocation_id) id: vec3u) {
   let given = in_cases[id.x];
   let s = surface_unpack_gbuffer(given.surface);
   let inside = given.inside == 1u;
+  brdf_look(s, given.wo);
   let diffuse = brdf_sample_diffuse(s, given.wo, given.u.xy);
   let specular = brdf_sample_specular(s, given.wo, given.u, inside);
   let value = brdf_eval_side(s, given.wo, given.wi, inside);

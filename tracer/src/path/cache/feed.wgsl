@@ -11,6 +11,7 @@ fn feed_start(path: ptr<function, Path>, slot: u32, pixel: vec2u) -> vec3f {
     }
     // Nothing depends on where it is seen from but a factor, which is left out.
     let wo = surface.normal;
+    brdf_look(surface, wo);
     let point = (*path).origin;
     noise_point = point;
     var hit: Hit;
@@ -30,7 +31,7 @@ fn feed_start(path: ptr<function, Path>, slot: u32, pixel: vec2u) -> vec3f {
         let sample = path_area_sample(origin, hit.own, pixel, serial, FEED_BLOCK);
         found += path_light(surface, wo, hit.face, sample, origin, hit.own, 1.0, false).diffuse;
     }
-    let over_view = 1.0 / max(brdf_view(surface, wo), 1e-3);
+    let over_view = 1.0 / max(brdf_view(surface), 1e-3);
     let scatter = path_scatter(surface, wo, hit.face, false, vec3f(noise_at(pixel, serial, FEED_BLOCK + 2u).xy, 0.0), false);
     (*path).throughput = scatter.weight * over_view;
     (*path).direction = scatter.wi;

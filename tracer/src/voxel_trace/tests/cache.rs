@@ -17,7 +17,8 @@ fn cached(spp: u32) -> PathSettings {
 
 /// A closed room whose lamp is the only light.
 fn lit() -> (Fixture, CpuVoxels, Image<Texel>) {
-    let fixture = fixture(Sky::Constant(Vec3::ZERO), None, &[]);
+    let mut fixture = fixture(Sky::Constant(Vec3::ZERO), None, &[]);
+    fixture.frame.trace_size = [48, 32];
     let voxels = room().build();
     let texels = fixture.gbuffer(&voxels);
     (fixture, voxels, texels)
