@@ -15,7 +15,7 @@ use scene::{Camera, Geometry, Scene};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use tessellate::Tessellator;
-use tracer::{Conventions, Converger, Gather, PathSettings, SampleRule, Search, Tracer, World};
+use tracer::{Converger, Gather, PathSettings, Search, Tracer, World};
 use upsample::Upsampler;
 use voxel::VoxelGrid;
 use voxel::grid::Layout;
@@ -304,7 +304,13 @@ impl Pipeline {
         }
         self.progress.report("building the structure", 0.0);
         let (search, bounds) = (self.tracer.search(), self.tessellator.bounds(&self.world));
-        let site = Site { scene: &self.world, mesh: &mesh, bounds, grid: self.settings.grid };
+        let site = Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds,
+            grid: self.settings.grid,
+            cache: self.paths.build.cache,
+        };
         self.searches.find_moving(&mut recorder, search, site)?;
 
         self.gather.gather(&mut recorder, "gather/trace", &uniform, &self.world, &mesh, &self.trace);
@@ -366,6 +372,7 @@ impl Pipeline {
             mesh: &mesh,
             bounds: self.tessellator.bounds(&self.world),
             grid: self.settings.grid,
+            cache: self.paths.build.cache,
         };
         for search in searches {
             self.searches.build(&mut recorder, *search, site)?;
@@ -409,6 +416,7 @@ impl Pipeline {
                 mesh: &mesh,
                 bounds: self.tessellator.bounds(&self.world),
                 grid: self.settings.grid,
+                cache: false,
             };
             for search in sampler.searches() {
                 self.searches.build(&mut recorder, search, site)?;
@@ -459,15 +467,8 @@ impl Pipeline {
 
     /// Every knob of the chosen stages, by the id that `--set` takes.
     pub fn with_knobs<R>(&mut self, visit: impl FnOnce(Vec<(&'static str, Vec<Knob<'_>>)>) -> R) -> R {
-        let mut samples = self.paths.samples as u32;
-        let mut conventions = self.paths.conventions as u32;
-        let of_tracer = PathSettings::knobs(
-            &mut samples,
-            &mut conventions,
-            &mut self.paths.both_branches,
-            &mut self.paths.next_event,
-            &mut self.paths.roulette_from,
-        );
+        let mut choices = self.paths.choices();
+        let of_tracer = self.paths.knobs(&mut choices);
         let (tessellator, tracer) = (self.tessellator.name(), self.tracer.name());
         let (denoiser, upsampler) = (self.denoiser.name(), self.upsampler.name());
         let mut all = vec![
@@ -488,9 +489,7 @@ impl Pipeline {
             }
         }
         let result = visit(merged);
-        self.paths.samples = if samples == 0 { SampleRule::Fixed } else { SampleRule::Roughness };
-        self.paths.conventions =
-            if conventions == 0 { Conventions::Gridlight } else { Conventions::Reference };
+        self.paths.choose(choices);
         result
     }
 

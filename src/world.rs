@@ -7,7 +7,7 @@ use frame::{Buffer, FrameLog, Gpu, Knob, Recorder};
 use scene::Aabb;
 use tracer::bvh::cwbvh::{self, Cwbvh};
 use tracer::bvh::lbvh::{Lbvh, LbvhBuilder};
-use tracer::{LightList, Search, World};
+use tracer::{LightList, RadianceCache, Search, World};
 use voxel::{Rest, VoxelGrid, Voxelizer};
 
 /// The structures that stand, and what builds them.
@@ -22,6 +22,7 @@ pub struct Searches {
     grid_moved: bool,
     lbvh_moved: bool,
     grid_lights: Option<LightList>,
+    cache: Option<RadianceCache>,
     triangle_lights: Option<LightList>,
     /// The triangles they were built of.
     triangles: Option<Buffer>,
@@ -38,6 +39,8 @@ pub struct Site<'a> {
     pub bounds: Aabb,
     /// Cells on the longest axis.
     pub grid: u32,
+    /// Voxels keep radiance.
+    pub cache: bool,
 }
 
 impl Searches {
@@ -56,6 +59,7 @@ impl Searches {
             grid_moved: false,
             lbvh_moved: false,
             grid_lights: None,
+            cache: None,
             triangle_lights: None,
             triangles: None,
         })
@@ -76,6 +80,7 @@ impl Searches {
         self.grid = None;
         self.rest = None;
         self.grid_lights = None;
+        self.cache = None;
     }
 
     /// Triangles moved: what depends on their places is built anew, refitted, or made anew where they are or were, when
@@ -156,6 +161,12 @@ impl Searches {
                     if rest.moves_light() {
                         self.grid_lights = None;
                     }
+                    match &self.cache {
+                        Some(cache) if cache.is_for(grid) => {
+                            cache.forget_from(recorder, rest.first_moving_record())
+                        }
+                        _ => self.cache = None,
+                    }
                 }
                 self.grid_moved = false;
             }
@@ -186,12 +197,18 @@ impl Searches {
             }
             _ => {}
         }
+        match (what, &self.grid) {
+            (Search::Grid, Some(grid)) if site.cache && self.cache.is_none() => {
+                self.cache = Some(RadianceCache::new(gpu, grid)?);
+            }
+            _ => {}
+        }
         Ok(log)
     }
 
     /// The whole grid, or what stands still of it.
     fn build_grid(&mut self, gpu: &Gpu, site: Site<'_>) -> Result<FrameLog, Error> {
-        let Site { scene, mesh, bounds, grid } = site;
+        let Site { scene, mesh, bounds, grid, .. } = site;
         let (grid, log) = if self.voxelizer.follows(mesh) {
             let (grid, rest, log) = self.voxelizer.voxelize_rest(gpu, scene, mesh, bounds, grid)?;
             (self.rest, self.grid_moved) = (Some(rest), true);
@@ -212,6 +229,7 @@ impl Searches {
             lbvh: self.lbvh.as_deref(),
             cwbvh: self.cwbvh.as_ref().map(|built| &built.bvh),
             grid_lights: self.grid_lights.as_ref(),
+            cache: self.cache.as_ref(),
             triangle_lights: self.triangle_lights.as_ref(),
         }
     }
