@@ -11,7 +11,7 @@ pub(crate) use frame::scan::Sums;
 use crate::Grid;
 use crate::grid::GRID_WGSL;
 use frame::scan::{SCAN_WGSL, Scan};
-use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room};
+use frame::{Bind, Buffer, Gpu, Kernel, KernelDesc, KernelError, Recorder};
 
 frame::gpu_struct! {
     /// See `structure.wgsl`.
@@ -40,6 +40,8 @@ pub(crate) struct Structure {
 
 /// A run of slots whose cells fit the keys.
 pub(crate) struct Batch<'a> {
+    /// What passes' names begin with.
+    pub(crate) stage: &'a str,
     pub(crate) uniform: &'a Buffer,
     pub(crate) structure: &'a Buffer,
     pub(crate) slots: std::ops::Range<u32>,
@@ -91,16 +93,16 @@ impl Structure {
         })
     }
 
-    /// Sums up marks or counts.
+    /// Sums up the first `count` marks or counts.
     pub(crate) fn scan(
         &self,
         recorder: &mut Recorder<'_>,
+        stage: &str,
         counts: &Buffer,
         count: u32,
-    ) -> Result<Sums, GpuError> {
-        let sums = Sums::new(recorder.gpu(), Room::Voxels, count)?;
-        self.scan.record(recorder, "voxel/structure", counts, count, &sums);
-        Ok(sums)
+        sums: &Sums,
+    ) {
+        self.scan.record(recorder, stage, counts, count, sums);
     }
 
     /// Table, slots and skip levels of all bricks.
@@ -114,24 +116,38 @@ impl Structure {
         structure: &Buffer,
         bricks: &Buffer,
     ) {
+        let count = grid.bricks.iter().product::<i32>() as u32;
+        let (workgroups, row) = rows(count);
+        let params = recorder.uniform(&StructureParams { count, row, ..Default::default() });
+        let mut resources = vec![params.binding()];
+        let buffers = [uniform, marks, &sums.before, &sums.blocks, structure, bricks];
+        resources.extend(buffers.map(|b| b.as_entire_binding()));
+        recorder.compute("voxel/structure/slots", &self.slots, &resources, workgroups);
+        self.skips(recorder, "voxel/structure", grid, uniform, marks, structure);
+    }
+
+    /// The same without slots: the skip levels over the bricks that are marked, and the sides of the empty entries.
+    pub(crate) fn skips(
+        &self,
+        recorder: &mut Recorder<'_>,
+        stage: &str,
+        grid: &Grid,
+        uniform: &Buffer,
+        marks: &Buffer,
+        structure: &Buffer,
+    ) {
         let count = |n: [i32; 3]| n.iter().product::<i32>() as u32;
-        let passes: [(_, _, _, &[&Buffer]); 4] = [
-            (
-                "voxel/structure/slots",
-                &self.slots,
-                count(grid.bricks),
-                &[uniform, marks, &sums.before, &sums.blocks, structure, bricks],
-            ),
-            ("voxel/structure/groups", &self.groups, count(grid.groups), &[uniform, marks, structure]),
-            ("voxel/structure/regions", &self.regions, count(grid.regions), &[uniform, structure]),
-            ("voxel/structure/sides", &self.sides, count(grid.bricks), &[uniform, structure]),
+        let passes: [(_, _, _, &[&Buffer]); 3] = [
+            ("groups", &self.groups, count(grid.groups), &[uniform, marks, structure]),
+            ("regions", &self.regions, count(grid.regions), &[uniform, structure]),
+            ("sides", &self.sides, count(grid.bricks), &[uniform, structure]),
         ];
         for (pass, kernel, count, buffers) in passes {
             let (workgroups, row) = rows(count);
             let params = recorder.uniform(&StructureParams { count, row, ..Default::default() });
             let mut resources = vec![params.binding()];
             resources.extend(buffers.iter().map(|b| b.as_entire_binding()));
-            recorder.compute(pass, kernel, &resources, workgroups);
+            recorder.compute(&format!("{stage}/{pass}"), kernel, &resources, workgroups);
         }
     }
 
@@ -145,7 +161,7 @@ impl Structure {
         counts: &Buffer,
     ) {
         let buffers = [batch.uniform, keys, bricks, batch.structure, counts];
-        self.per_brick(recorder, "voxel/structure/masks", &self.masks, batch, 0, &buffers);
+        self.per_brick(recorder, "masks", &self.masks, batch, 0, &buffers);
     }
 
     /// First records of a batch's bricks, and the cell of each record.
@@ -158,7 +174,7 @@ impl Structure {
         list: &Buffer,
     ) {
         let buffers = [batch.uniform, &sums.before, &sums.blocks, batch.structure, list];
-        self.per_brick(recorder, "voxel/structure/list", &self.list, batch, first_record, &buffers);
+        self.per_brick(recorder, "list", &self.list, batch, first_record, &buffers);
     }
 
     fn per_brick(
@@ -176,6 +192,7 @@ impl Structure {
         let mut resources = vec![params.binding()];
         resources.extend(buffers.iter().map(|b| b.as_entire_binding()));
         // Sixteen invocations per brick; a batch is at most 2^16 bricks.
-        recorder.compute(pass, kernel, &resources, [count.div_ceil(4), 1, 1]);
+        let pass = format!("{}/{pass}", batch.stage);
+        recorder.compute(&pass, kernel, &resources, [count.div_ceil(4), 1, 1]);
     }
 }
