@@ -78,7 +78,7 @@ impl History {
     fn new(gpu: &Gpu, [width, height]: [u32; 2], specular: bool) -> Result<Self, GpuError> {
         let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING;
         let make = |label, [width, height]: [u32; 2], format| {
-            gpu.texture(Room::Radiance, label, [width, height, 1], 1, format, usage)
+            gpu.texture(Room::History, label, [width, height, 1], 1, format, usage)
         };
         let size = [width, height];
         Ok(Self {
