@@ -20,6 +20,9 @@
 //! read. An entry is the voxel's record's: 40 bytes, 32 of values in half floats, rounded by chance so that small steps
 //! count, and one key per side.
 //!
+//! Where things move, a record's number may name another voxel in the next frame: its first samples then find the light
+//! changed. What stands still keeps its number.
+//!
 //! Bias: light is even over a voxel's side, and a change takes some frames; both are measured in `docs/light.md`.
 
 use super::Structure;
