@@ -4,7 +4,7 @@
 //! records every stage, submits, and returns what each of them made.
 
 use crate::reference::Moments;
-use crate::settings::{Model, Preset, RenderSettings, View, open};
+use crate::settings::{KnobSetting, Model, Preset, RenderSettings, View, open};
 use crate::world::{Searches, Site};
 use crate::{Error, Progress};
 use denoise::Denoiser;
@@ -15,7 +15,7 @@ use scene::{Camera, Geometry, Scene};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use tessellate::Tessellator;
-use tracer::{Conventions, Converger, Gather, PathSettings, SampleRule, Search, Tracer, World};
+use tracer::{Converger, Gather, PathSettings, Search, Tracer, World};
 use upsample::Upsampler;
 use voxel::VoxelGrid;
 use voxel::grid::Layout;
@@ -116,10 +116,9 @@ impl Pipeline {
         warnings.extend(upload_warnings);
 
         let most = gpu.device.limits().max_texture_dimension_2d;
-        let voxel_size = Layout::fit(scene.bounds(), settings.grid, most)?.voxel_size;
-
         progress.report("building kernels", 0.0);
         let tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(&gpu)?;
+        let voxel_size = Layout::fit(tessellator.bounds(&world), settings.grid, most)?.voxel_size;
         let tracer = find("tracer", &settings.tracer, tracer::all())?(&gpu)?;
         let denoiser = find("denoiser", &settings.denoiser, denoise::all())?(&gpu)?;
         let upsampler = find("upsampler", &settings.upsampler, upsample::all())?(&gpu)?;
@@ -154,7 +153,7 @@ impl Pipeline {
         pipeline.gather.resize(&pipeline.gpu, &[settings.trace_size, settings.display_size])?;
         pipeline.tracer.resize(&pipeline.gpu, &pipeline.world, settings.trace_size, &pipeline.paths)?;
         pipeline.denoiser.resize(&pipeline.gpu, settings.trace_size, specular)?;
-        pipeline.upsampler.resize(&pipeline.gpu, settings.display_size, specular)?;
+        pipeline.upsampler.resize(&pipeline.gpu, settings.trace_size, settings.display_size, specular)?;
         Ok(pipeline)
     }
 
@@ -167,12 +166,6 @@ impl Pipeline {
     /// changed: make another.
     pub fn change(&mut self, settings: &RenderSettings) -> Result<(), Error> {
         let before = std::mem::replace(&mut self.settings, settings.clone());
-        let gpu = &self.gpu;
-        if before.grid != settings.grid {
-            let most = gpu.device.limits().max_texture_dimension_2d;
-            self.voxel_size = Layout::fit(self.scene.bounds(), settings.grid, most)?.voxel_size;
-            self.searches.forget_grid();
-        }
         let another = [
             before.tracer != settings.tracer,
             before.denoiser != settings.denoiser,
@@ -182,7 +175,6 @@ impl Pipeline {
         let gpu = &self.gpu;
         if before.tessellator != settings.tessellator {
             self.tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(gpu)?;
-            self.searches.moved();
         }
         if another[0] {
             self.tracer = find("tracer", &settings.tracer, tracer::all())?(gpu)?;
@@ -204,7 +196,14 @@ impl Pipeline {
             };
             of(&knobs_before) != of(&knobs)
         };
-        if turned("voxel") {
+        if before.grid != settings.grid
+            || before.tessellator != settings.tessellator
+            || turned("voxel")
+            || turned(self.tessellator.name())
+        {
+            let most = self.gpu.device.limits().max_texture_dimension_2d;
+            let bounds = self.tessellator.bounds(&self.world);
+            self.voxel_size = Layout::fit(bounds, settings.grid, most)?.voxel_size;
             self.searches.forget_grid();
         }
         if turned(self.tessellator.name()) {
@@ -221,7 +220,7 @@ impl Pipeline {
             self.denoiser.resize(&self.gpu, settings.trace_size, specular)?;
         }
         if another[2] || turned(self.upsampler.name()) {
-            self.upsampler.resize(&self.gpu, settings.display_size, specular)?;
+            self.upsampler.resize(&self.gpu, settings.trace_size, settings.display_size, specular)?;
         }
         self.restart();
         Ok(())
@@ -255,7 +254,7 @@ impl Pipeline {
         applied?;
         street.tracer.resize(&self.gpu, &self.world, settings.trace_size, &street.paths)?;
         street.denoiser.resize(&self.gpu, settings.trace_size, specular)?;
-        street.upsampler.resize(&self.gpu, settings.display_size, specular)?;
+        street.upsampler.resize(&self.gpu, settings.trace_size, settings.display_size, specular)?;
         Ok(street)
     }
 
@@ -299,21 +298,32 @@ impl Pipeline {
         recorder.on_progress(move |done| progress.report("tracing", done));
         let uniform = recorder.uniform(&frame.uniform());
 
-        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
         if moved {
             self.searches.moved();
         }
         self.progress.report("building the structure", 0.0);
-        let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
-        let mut build_log = self.searches.build(&mut recorder, self.tracer.search(), site)?;
-        let world = self.searches.world(&self.world, &mesh);
+        let (search, bounds) = (self.tracer.search(), self.tessellator.bounds(&self.world));
+        let site = Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds,
+            grid: self.settings.grid,
+            cache: self.paths.build.cache,
+        };
+        self.searches.find_moving(&mut recorder, search, site)?;
 
         self.gather.gather(&mut recorder, "gather/trace", &uniform, &self.world, &mesh, &self.trace);
         let display = self.display.as_ref().unwrap_or(&self.trace);
         if self.display.is_some() {
-            self.gather.gather(&mut recorder, "gather/display", &uniform, &self.world, &mesh, display);
+            // Jitter belongs to the trace pixels; what is shown stands still.
+            let still = FrameInfo { jitter: [0.0; 2], previous_jitter: [0.0; 2], ..frame.clone() };
+            let still = recorder.uniform(&still.uniform());
+            self.gather.gather(&mut recorder, "gather/display", &still, &self.world, &mesh, display);
         }
+        // Gathering keeps the device busy while the number of moving bricks comes back.
+        let mut build_log = self.searches.build(&mut recorder, search, site)?;
+        let world = self.searches.world(&self.world, &mesh);
         let noisy = self.tracer.trace(&mut recorder, &frame, &uniform, world, &self.trace, &self.paths);
         let denoised = self.denoiser.denoise(&mut recorder, &frame, &uniform, &self.trace, &noisy);
         let color = self.upsampler.upsample(
@@ -329,6 +339,7 @@ impl Pipeline {
 
         build_log.append(recorder.finish()?);
         let mut log = build_log;
+        self.searches.settle(&mut log);
         self.count(&mut log);
         let rendered = Rendered {
             color,
@@ -355,9 +366,14 @@ impl Pipeline {
     ) -> Result<R, Error> {
         let frame = self.next_frame()?;
         let mut recorder = Recorder::new(&self.gpu);
-        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
-        let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
+        let site = Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds: self.tessellator.bounds(&self.world),
+            grid: self.settings.grid,
+            cache: self.paths.build.cache,
+        };
         for search in searches {
             self.searches.build(&mut recorder, *search, site)?;
         }
@@ -394,12 +410,13 @@ impl Pipeline {
         for band in sampler.bands() {
             let mut recorder = Recorder::new(&self.gpu);
             let uniform = recorder.uniform(&frame.uniform());
-            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
             let site = Site {
                 scene: &self.world,
                 mesh: &mesh,
-                bounds: self.scene.bounds(),
+                bounds: self.tessellator.bounds(&self.world),
                 grid: self.settings.grid,
+                cache: false,
             };
             for search in sampler.searches() {
                 self.searches.build(&mut recorder, search, site)?;
@@ -450,15 +467,8 @@ impl Pipeline {
 
     /// Every knob of the chosen stages, by the id that `--set` takes.
     pub fn with_knobs<R>(&mut self, visit: impl FnOnce(Vec<(&'static str, Vec<Knob<'_>>)>) -> R) -> R {
-        let mut samples = self.paths.samples as u32;
-        let mut conventions = self.paths.conventions as u32;
-        let of_tracer = PathSettings::knobs(
-            &mut samples,
-            &mut conventions,
-            &mut self.paths.both_branches,
-            &mut self.paths.next_event,
-            &mut self.paths.roulette_from,
-        );
+        let mut choices = self.paths.choices();
+        let of_tracer = self.paths.knobs(&mut choices);
         let (tessellator, tracer) = (self.tessellator.name(), self.tracer.name());
         let (denoiser, upsampler) = (self.denoiser.name(), self.upsampler.name());
         let mut all = vec![
@@ -479,9 +489,7 @@ impl Pipeline {
             }
         }
         let result = visit(merged);
-        self.paths.samples = if samples == 0 { SampleRule::Fixed } else { SampleRule::Roughness };
-        self.paths.conventions =
-            if conventions == 0 { Conventions::Gridlight } else { Conventions::Reference };
+        self.paths.choose(choices);
         result
     }
 
@@ -571,6 +579,27 @@ impl Pipeline {
         let paths = log.counts.get("paths").copied().unwrap_or(0.0);
         log.counts.insert("mean_spp".into(), paths / pixels);
     }
+}
+
+/// A denoiser by its name.
+///
+/// # Errors
+/// No such name, or the driver refuses a kernel.
+pub fn denoiser(gpu: &Gpu, name: &str) -> Result<Box<dyn Denoiser>, Error> {
+    Ok(find("denoiser", name, denoise::all())?(gpu)?)
+}
+
+/// Sets knobs of one stage, the only one that `wanted` may name.
+///
+/// # Errors
+/// Another stage is named, or a knob refuses its value.
+pub fn set_knobs(id: &str, knobs: &mut [Knob<'_>], wanted: &[KnobSetting]) -> Result<(), Error> {
+    wanted.iter().try_for_each(|wanted| match wanted.id == id {
+        true => set(id, knobs, &wanted.knob, &wanted.value),
+        false => {
+            Err(Error::NoSuchStage { id: wanted.id.clone(), knob: wanted.knob.clone(), known: id.into() })
+        }
+    })
 }
 
 /// Stage, name, value.

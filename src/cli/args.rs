@@ -3,8 +3,9 @@
 use super::values;
 use super::view::{BEST_BVH, StreetArgs, ViewArgs, stage_id};
 use crate::Error;
+use crate::foreign::DepthKind;
 use crate::report::Shard;
-use crate::settings::{RenderSettings, View};
+use crate::settings::{KnobSetting, RenderSettings, View};
 use crate::stages::Kind;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -25,6 +26,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Converges an image that others are measured against; interrupted, it goes on where it stopped.
     Reference(ReferenceArgs),
+    /// Filters a multi-layer EXR, ours or another renderer's, or a numbered sequence of them.
+    Denoise(DenoiseArgs),
     /// Prints every error metric between two pictures as JSON.
     Metrics(MetricsArgs),
     /// Renders every combination of stages, timed and measured against converged references.
@@ -144,6 +147,44 @@ pub struct CompareArgs {
     #[arg(long)]
     pub quiet: bool,
     /// Prints the rows as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `gridlight denoise`.
+#[derive(Debug, Args)]
+pub struct DenoiseArgs {
+    /// The noisy picture with layers for normals and depth, better also albedo: linear EXR.
+    #[arg(value_name = "IN.exr")]
+    pub input: PathBuf,
+    /// Who removes the noise.
+    #[arg(long, value_name = "ID", value_parser = stage_id(Kind::Denoiser))]
+    pub denoiser: String,
+    /// The file to write; with --frames, the first of them.
+    #[arg(long, value_name = "OUT.exr")]
+    pub out: PathBuf,
+    /// Vertical field of view that the picture was taken with, degrees.
+    #[arg(long, value_name = "DEG", default_value = "45", value_parser = values::field_of_view)]
+    pub vfov: f32,
+    /// How the depth layer is measured; one called `distance` is always taken along the ray.
+    #[arg(long, default_value = "z")]
+    pub depth: DepthKind,
+    /// Sets a knob of the denoiser; repeatable.
+    #[arg(long, value_name = "ID.KNOB=VALUE", value_parser = values::knob)]
+    pub set: Vec<KnobSetting>,
+    /// A sequence of so many files, from IN.exr on by the number in its name, with motion vectors.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    /// Timed runs of a single picture, after one that warms up; the median is told.
+    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub runs: u32,
+    /// Graphics adapter whose name contains this.
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// No words.
+    #[arg(long)]
+    pub quiet: bool,
+    /// Prints times and counts as JSON.
     #[arg(long)]
     pub json: bool,
 }

@@ -5,6 +5,7 @@
 mod args;
 mod bar;
 mod compare;
+mod denoise;
 mod info;
 mod line;
 mod list;
@@ -33,6 +34,7 @@ pub fn run() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Denoise(args) => denoise::run(&args),
         Command::Metrics(args) => metrics::run(&args),
         Command::List(args) => list::run(&args),
         Command::Info(args) => info::run(&args),
