@@ -116,6 +116,7 @@ fn every_face_of_a_box_moves_by_the_height() {
         assert!((largest - 0.6).abs() < 1e-5, "{}", made.positions[v]);
     }
     assert_eq!(made.open_edges(), 0);
+    assert!(made.previous == made.positions, "what stands still was where it is, to the bit");
 }
 
 #[test]

@@ -36,6 +36,7 @@ pub(super) struct Kernels {
     classes: Kernel,
     vertices: Kernel,
     previous: Kernel,
+    stand: Kernel,
     upright: Kernel,
     triangles: Kernel,
     reads_heights: bool,
@@ -48,15 +49,22 @@ const TOPOLOGY: Bind = Bind::storage_read(2, 0, "topology");
 impl Kernels {
     pub(super) fn new(gpu: &Gpu, stage: &str, shape: &Shape, scene: &GpuScene) -> Result<Self, KernelError> {
         let constants = scene.mesh.layout.constants();
-        let base =
-            [info::WGSL, surface::WGSL, scene_gpu::MESH_WGSL, SCAN_WGSL, include_str!("subdivide.inc.wgsl")];
+        let base = [
+            info::WGSL,
+            surface::WGSL,
+            scene_gpu::MESH_WGSL,
+            SCAN_WGSL,
+            include_str!("params.inc.wgsl"),
+            include_str!("subdivide.inc.wgsl"),
+        ];
         let kernel = |entry: &'static str, sources: &[&str], bindings: &[Bind]| {
             let name = format!("{stage}/{entry}");
             Kernel::new(
                 gpu,
                 &KernelDesc {
                     name: &name,
-                    sources: &[&base[..], sources].concat(),
+                    // What stands has nothing to do with patches.
+                    sources: &[&base[..if entry == "stand" { 5 } else { 6 }], sources].concat(),
                     entry,
                     workgroup: [WORKGROUP, 1, 1],
                     bindings,
@@ -116,6 +124,11 @@ impl Kernels {
                 "previous",
                 &points(include_str!("previous.wgsl")),
                 &shaping(Bind::storage(3, 0, "out_previous")),
+            )?,
+            stand: kernel(
+                "stand",
+                &[include_str!("stand.wgsl")],
+                &[PARAMS, read(0, "in_vertices"), Bind::storage(3, 0, "out_previous")],
             )?,
             upright: kernel(
                 "upright",
@@ -226,6 +239,19 @@ impl Kernels {
     ) {
         let resources = self.shaping(params, from, &into.previous);
         self.dispatch(recorder, stage, "previous", &self.previous, &resources, count);
+    }
+
+    pub(super) fn stand(
+        &self,
+        recorder: &mut Recorder<'_>,
+        stage: &str,
+        params: &Uniform,
+        mesh: &GpuMesh,
+        count: u32,
+    ) {
+        let [vertices, previous] = [&mesh.vertices, &mesh.previous].map(|b| b.as_entire_binding());
+        let resources = [params.binding(), vertices, previous];
+        self.dispatch(recorder, stage, "stand", &self.stand, &resources, count);
     }
 
     pub(super) fn triangles(

@@ -89,9 +89,12 @@ fn upright(@builtin(global_invocation_id) id: vec3u) {
             least = select(least, cosine, is_least);
             towards = select(towards, side * faces[i], is_least);
         }
-        if (best < UPRIGHT_LEAST && least > best) {
+        if (least > best) {
             chosen = offered;
             best = least;
+        }
+        if (best >= UPRIGHT_LEAST) {
+            break;
         }
         // A little farther than needed, so that the last step arrives.
         let moved = offered + max(2.0 * UPRIGHT_LEAST - least, 0.0) * towards;
