@@ -4,7 +4,7 @@
 //! records every stage, submits, and returns what each of them made.
 
 use crate::reference::Moments;
-use crate::settings::{KnobSetting, Model, Preset, RenderSettings, open};
+use crate::settings::{KnobSetting, Model, Preset, RenderSettings, View, open};
 use crate::world::{Searches, Site};
 use crate::{Error, Progress};
 use denoise::Denoiser;
@@ -12,6 +12,7 @@ use frame::scene_gpu::{self, GpuScene, SceneOptions};
 use frame::surface;
 use frame::{ColorImage, FrameInfo, FrameLog, GBuffer, Gpu, Knob, RadianceImage, Recorder};
 use scene::{Camera, Geometry, Scene};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use tessellate::Tessellator;
 use tracer::{Conventions, Converger, Gather, PathSettings, SampleRule, Search, Tracer, World};
@@ -58,7 +59,23 @@ pub struct Pipeline {
     display: Option<GBuffer>,
     previous: Option<FrameInfo>,
     frame_index: u32,
+    /// The moment that the geometry is at, and whether it stood still there.
+    posed: (f32, bool),
+    /// Every knob as its stage came, by the stage's id.
+    knob_defaults: BTreeMap<(&'static str, &'static str), String>,
     warnings: Vec<String>,
+}
+
+/// The stages that find, filter and lift light, and what they remember. Two of them can take turns with one pipeline's
+/// world: a split screen builds nothing twice.
+pub struct Street {
+    settings: RenderSettings,
+    tracer: Box<dyn Tracer>,
+    denoiser: Box<dyn Denoiser>,
+    upsampler: Box<dyn Upsampler>,
+    paths: PathSettings,
+    previous: Option<FrameInfo>,
+    frame_index: u32,
 }
 
 impl Pipeline {
@@ -99,10 +116,9 @@ impl Pipeline {
         warnings.extend(upload_warnings);
 
         let most = gpu.device.limits().max_texture_dimension_2d;
-        let voxel_size = Layout::fit(scene.bounds(), settings.grid, most)?.voxel_size;
-
         progress.report("building kernels", 0.0);
         let tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(&gpu)?;
+        let voxel_size = Layout::fit(tessellator.bounds(&world), settings.grid, most)?.voxel_size;
         let tracer = find("tracer", &settings.tracer, tracer::all())?(&gpu)?;
         let denoiser = find("denoiser", &settings.denoiser, denoise::all())?(&gpu)?;
         let upsampler = find("upsampler", &settings.upsampler, upsample::all())?(&gpu)?;
@@ -127,39 +143,38 @@ impl Pipeline {
             upsampler,
             previous: None,
             frame_index: 0,
+            posed: (settings.time, true),
+            knob_defaults: BTreeMap::new(),
             warnings,
         };
+        pipeline.note_defaults();
         pipeline.apply_knobs()?;
         let specular = pipeline.world.needs.specular;
         pipeline.gather.resize(&pipeline.gpu, &[settings.trace_size, settings.display_size])?;
         pipeline.tracer.resize(&pipeline.gpu, &pipeline.world, settings.trace_size, &pipeline.paths)?;
         pipeline.denoiser.resize(&pipeline.gpu, settings.trace_size, specular)?;
-        pipeline.upsampler.resize(&pipeline.gpu, settings.display_size, specular)?;
+        pipeline.upsampler.resize(&pipeline.gpu, settings.trace_size, settings.display_size, specular)?;
         Ok(pipeline)
     }
 
-    /// Swaps stages, samples, bounces, seed or grid for what `settings` say, and restarts. What stays the same is kept,
-    /// the scene, the sizes and the knobs among it: about those, `settings` must repeat what the pipeline was made with.
+    /// Swaps stages, knobs, samples, bounces, seed, view, time or grid for what `settings` say, and restarts. What stays
+    /// the same is kept, the scene, its reading and the sizes among it: about those, `settings` must repeat what the
+    /// pipeline was made with.
     ///
     /// # Errors
     /// A name that is not in its list, a kernel the driver refuses, or memory is out. The pipeline may then be half
     /// changed: make another.
     pub fn change(&mut self, settings: &RenderSettings) -> Result<(), Error> {
         let before = std::mem::replace(&mut self.settings, settings.clone());
-        let gpu = &self.gpu;
-        if before.grid != settings.grid {
-            let most = gpu.device.limits().max_texture_dimension_2d;
-            self.voxel_size = Layout::fit(self.scene.bounds(), settings.grid, most)?.voxel_size;
-            self.searches.forget_grid();
-        }
         let another = [
             before.tracer != settings.tracer,
             before.denoiser != settings.denoiser,
             before.upsampler != settings.upsampler,
         ];
+        let knobs_before = self.knob_values();
+        let gpu = &self.gpu;
         if before.tessellator != settings.tessellator {
             self.tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(gpu)?;
-            self.searches.moved();
         }
         if another[0] {
             self.tracer = find("tracer", &settings.tracer, tracer::all())?(gpu)?;
@@ -170,21 +185,88 @@ impl Pipeline {
         if another[2] {
             self.upsampler = find("upsampler", &settings.upsampler, upsample::all())?(gpu)?;
         }
+        self.note_defaults();
         self.paths.spp = settings.spp;
         self.paths.bounces = settings.bounces;
         self.apply_knobs()?;
+        let knobs = self.knob_values();
+        let turned = |id: &str| {
+            let of = |values: &KnobValues| {
+                values.iter().filter(|((i, _), _)| *i == id).cloned().collect::<Vec<_>>()
+            };
+            of(&knobs_before) != of(&knobs)
+        };
+        if before.grid != settings.grid
+            || before.tessellator != settings.tessellator
+            || turned("voxel")
+            || turned(self.tessellator.name())
+        {
+            let most = self.gpu.device.limits().max_texture_dimension_2d;
+            let bounds = self.tessellator.bounds(&self.world);
+            self.voxel_size = Layout::fit(bounds, settings.grid, most)?.voxel_size;
+            self.searches.forget_grid();
+        }
+        if turned(self.tessellator.name()) {
+            self.searches.moved();
+        }
         let specular = self.world.needs.specular;
-        if another[0] {
+        if turned("gather") {
+            self.gather.resize(&self.gpu, &[settings.trace_size, settings.display_size])?;
+        }
+        if another[0] || turned("tracer") || turned(self.tracer.name()) {
             self.tracer.resize(&self.gpu, &self.world, settings.trace_size, &self.paths)?;
         }
-        if another[1] {
+        if another[1] || turned(self.denoiser.name()) {
             self.denoiser.resize(&self.gpu, settings.trace_size, specular)?;
         }
-        if another[2] {
-            self.upsampler.resize(&self.gpu, settings.display_size, specular)?;
+        if another[2] || turned(self.upsampler.name()) {
+            self.upsampler.resize(&self.gpu, settings.trace_size, settings.display_size, specular)?;
         }
         self.restart();
         Ok(())
+    }
+
+    /// Looks from elsewhere from the next frame on, and remembers what was seen: a camera that is moved by hand.
+    pub fn look(&mut self, view: View) {
+        self.settings.view = view;
+    }
+
+    /// Makes a second street through the same world, for [`Pipeline::exchange`]; about everything but tracer, denoiser,
+    /// upsampler, their knobs, samples, bounces and seed, `settings` must repeat what the pipeline shows.
+    ///
+    /// # Errors
+    /// As [`Pipeline::change`].
+    pub fn street(&mut self, settings: &RenderSettings) -> Result<Street, Error> {
+        let specular = self.world.needs.specular;
+        let mut street = Street {
+            settings: settings.clone(),
+            tracer: find("tracer", &settings.tracer, tracer::all())?(&self.gpu)?,
+            denoiser: find("denoiser", &settings.denoiser, denoise::all())?(&self.gpu)?,
+            upsampler: find("upsampler", &settings.upsampler, upsample::all())?(&self.gpu)?,
+            paths: PathSettings { spp: settings.spp, bounces: settings.bounces, ..Default::default() },
+            previous: None,
+            frame_index: 0,
+        };
+        self.exchange(&mut street);
+        self.note_defaults();
+        let applied = self.apply_knobs();
+        self.exchange(&mut street);
+        applied?;
+        street.tracer.resize(&self.gpu, &self.world, settings.trace_size, &street.paths)?;
+        street.denoiser.resize(&self.gpu, settings.trace_size, specular)?;
+        street.upsampler.resize(&self.gpu, settings.trace_size, settings.display_size, specular)?;
+        Ok(street)
+    }
+
+    /// Puts another street's stages in place; `street` then holds those that were there.
+    pub fn exchange(&mut self, street: &mut Street) {
+        std::mem::swap(&mut self.settings, &mut street.settings);
+        std::mem::swap(&mut self.tracer, &mut street.tracer);
+        std::mem::swap(&mut self.denoiser, &mut street.denoiser);
+        std::mem::swap(&mut self.upsampler, &mut street.upsampler);
+        std::mem::swap(&mut self.paths, &mut street.paths);
+        std::mem::swap(&mut self.previous, &mut street.previous);
+        std::mem::swap(&mut self.frame_index, &mut street.frame_index);
     }
 
     /// Forgets all history: the next frame is the first.
@@ -199,32 +281,43 @@ impl Pipeline {
     /// The device was lost or ran out of memory, or a moving scene no longer fits its grid.
     pub fn render(&mut self) -> Result<Rendered, Error> {
         let frame = self.next_frame()?;
-        let moved =
-            self.previous.is_some() && self.geometry.static_object_count() < self.geometry.objects.len();
+        // A second street finds the moment of the first one's frame.
+        let moved = self.posed != (frame.time, frame.restart)
+            && self.geometry.static_object_count() < self.geometry.objects.len();
         if moved {
             self.scene.pose(frame.time, &mut self.geometry);
             self.world.update(&self.gpu, &self.geometry);
+            if frame.restart {
+                // Before the first frame nothing moved.
+                self.world.update(&self.gpu, &self.geometry);
+            }
+            self.posed = (frame.time, frame.restart);
         }
         let mut recorder = Recorder::new(&self.gpu);
         let progress = self.progress.clone();
         recorder.on_progress(move |done| progress.report("tracing", done));
         let uniform = recorder.uniform(&frame.uniform());
 
-        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
         if moved {
             self.searches.moved();
         }
         self.progress.report("building the structure", 0.0);
-        let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
-        let mut build_log = self.searches.build(&mut recorder, self.tracer.search(), site)?;
-        let world = self.searches.world(&self.world, &mesh);
+        let (search, bounds) = (self.tracer.search(), self.tessellator.bounds(&self.world));
+        let site = Site { scene: &self.world, mesh: &mesh, bounds, grid: self.settings.grid };
+        self.searches.find_moving(&mut recorder, search, site)?;
 
         self.gather.gather(&mut recorder, "gather/trace", &uniform, &self.world, &mesh, &self.trace);
         let display = self.display.as_ref().unwrap_or(&self.trace);
         if self.display.is_some() {
-            self.gather.gather(&mut recorder, "gather/display", &uniform, &self.world, &mesh, display);
+            // Jitter belongs to the trace pixels; what is shown stands still.
+            let still = FrameInfo { jitter: [0.0; 2], previous_jitter: [0.0; 2], ..frame.clone() };
+            let still = recorder.uniform(&still.uniform());
+            self.gather.gather(&mut recorder, "gather/display", &still, &self.world, &mesh, display);
         }
+        // Gathering keeps the device busy while the number of moving bricks comes back.
+        let mut build_log = self.searches.build(&mut recorder, search, site)?;
+        let world = self.searches.world(&self.world, &mesh);
         let noisy = self.tracer.trace(&mut recorder, &frame, &uniform, world, &self.trace, &self.paths);
         let denoised = self.denoiser.denoise(&mut recorder, &frame, &uniform, &self.trace, &noisy);
         let color = self.upsampler.upsample(
@@ -240,6 +333,7 @@ impl Pipeline {
 
         build_log.append(recorder.finish()?);
         let mut log = build_log;
+        self.searches.settle(&mut log);
         self.count(&mut log);
         let rendered = Rendered {
             color,
@@ -266,9 +360,13 @@ impl Pipeline {
     ) -> Result<R, Error> {
         let frame = self.next_frame()?;
         let mut recorder = Recorder::new(&self.gpu);
-        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
-        let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
+        let site = Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds: self.tessellator.bounds(&self.world),
+            grid: self.settings.grid,
+        };
         for search in searches {
             self.searches.build(&mut recorder, *search, site)?;
         }
@@ -285,7 +383,7 @@ impl Pipeline {
         Ok(Converger::new(&self.gpu, &self.world, search, size, &self.paths)?)
     }
 
-    /// Adds samples number `samples` of the converged image to `moments`, whose count they raise.
+    /// Adds samples number `samples` of the converged image to `moments`: one batch, or what is left of it.
     ///
     /// # Errors
     /// The device was lost or ran out of memory.
@@ -299,16 +397,17 @@ impl Pipeline {
         frame.trace_size = self.settings.display_size;
         frame.jitter = [0.0; 2];
         frame.previous_jitter = [0.0; 2];
-        // Not the numbers of a render with this seed.
-        frame.seed = surface::hash(frame.seed ^ 0x7265_6673);
+        // Not the numbers of a render with this seed, and other ones in every batch: their stratification starts anew.
+        let batch = crate::reference::batch_end(samples.start);
+        frame.seed = surface::hash(surface::hash(frame.seed ^ 0x7265_6673) ^ batch);
         for band in sampler.bands() {
             let mut recorder = Recorder::new(&self.gpu);
             let uniform = recorder.uniform(&frame.uniform());
-            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
             let site = Site {
                 scene: &self.world,
                 mesh: &mesh,
-                bounds: self.scene.bounds(),
+                bounds: self.tessellator.bounds(&self.world),
                 grid: self.settings.grid,
             };
             for search in sampler.searches() {
@@ -319,7 +418,7 @@ impl Pipeline {
             recorder.finish()?;
             moments.add(&band, &sampler.moments(&self.gpu, &band)?, self.world.radiance_scale);
         }
-        moments.count += u64::from(samples.end - samples.start);
+        moments.counted(samples.end - samples.start);
         Ok(())
     }
 
@@ -395,24 +494,37 @@ impl Pipeline {
         result
     }
 
+    /// Notes the values of stages that were just made.
+    fn note_defaults(&mut self) {
+        for (knob, value) in self.knob_values() {
+            self.knob_defaults.entry(knob).or_insert(value);
+        }
+    }
+
+    fn knob_values(&mut self) -> KnobValues {
+        let of = |(id, knobs): &(&'static str, Vec<Knob<'_>>)| {
+            knobs.iter().map(|knob| ((*id, knob.name), knob.to_string())).collect::<Vec<_>>()
+        };
+        self.with_knobs(|stages| stages.iter().flat_map(of).collect())
+    }
+
+    /// Every knob as it came, then as the preset, then as the settings say.
     fn apply_knobs(&mut self) -> Result<(), Error> {
         let settings = self.settings.clone();
-        let preset: &[(&str, &str, &str)] = match settings.preset {
-            Preset::Default => &[],
-            Preset::Paper => &[
-                ("voxel", "elevation", "voxel"),
-                ("voxel", "axes", "dominant"),
-                ("tracer", "samples", "roughness"),
-                ("tracer", "next_event", "off"),
-                ("tracer", "both_branches", "off"),
-                ("best_candidate", "plane_test", "off"),
-            ],
-            Preset::Gltf => &[
-                ("gather", "mips", "off"),
-                ("gather", "bend", "off"),
-                ("tracer", "conventions", "reference"),
-            ],
-        };
+        let defaults = std::mem::take(&mut self.knob_defaults);
+        let reset: Result<(), Error> = self.with_knobs(|mut stages| {
+            for (id, knobs) in &mut stages {
+                for knob in knobs.iter_mut() {
+                    if let Some(value) = defaults.get(&(*id, knob.name)) {
+                        knob.set(value).map_err(|source| Error::Knob { id: (*id).into(), source })?;
+                    }
+                }
+            }
+            Ok(())
+        });
+        self.knob_defaults = defaults;
+        reset?;
+        let preset = settings.preset.knobs();
         self.with_knobs(|stages| {
             let known = stages.iter().map(|(id, _)| *id).collect::<Vec<_>>().join(", ");
             let mut stages: Vec<_> = stages;
@@ -490,6 +602,9 @@ pub fn set_knobs(id: &str, knobs: &mut [Knob<'_>], wanted: &[KnobSetting]) -> Re
         }
     })
 }
+
+/// Stage, name, value.
+type KnobValues = Vec<((&'static str, &'static str), String)>;
 
 fn set(id: &str, knobs: &mut [Knob<'_>], name: &str, value: &str) -> Result<(), Error> {
     frame::set_knob(knobs, name, value).map_err(|source| Error::Knob { id: id.into(), source })

@@ -7,6 +7,7 @@ mod bar;
 mod compare;
 mod denoise;
 mod info;
+mod line;
 mod list;
 mod metrics;
 mod reference;
@@ -14,8 +15,11 @@ mod render;
 mod report;
 mod table;
 mod values;
+mod view;
 
-pub use args::{Cli, StreetArgs};
+pub use args::Cli;
+pub use line::RenderLine;
+pub use view::StreetArgs;
 
 use crate::Error;
 use args::Command;

@@ -2,13 +2,14 @@
 //!
 //! [`Voxelizer`] turns the triangles of a [`frame::scene_gpu::GpuMesh`] into a [`VoxelGrid`]: which cells the surface
 //! passes ([`raster`]), where they are stored (`structure`), what they look like (`resolve`), how brightly they shine
-//! ([`emitters`]). [`grid`] is the result and the walk through it, for shaders and for the CPU.
+//! ([`emitters`]). Where something moves, [`revoxelize`] makes the bricks it touches anew each frame. [`grid`] is the result and the walk through it, for shaders and for the CPU.
 
 pub mod emitters;
 mod error;
 pub mod grid;
 pub mod raster;
 mod resolve;
+pub mod revoxelize;
 mod structure;
 #[cfg(test)]
 #[allow(clippy::unwrap_used)]
@@ -19,4 +20,5 @@ mod voxelizer;
 
 pub use error::VoxelError;
 pub use grid::{GRID_BINDS, GRID_WGSL, Grid, VoxelGrid};
+pub use revoxelize::Rest;
 pub use voxelizer::Voxelizer;

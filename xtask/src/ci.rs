@@ -44,7 +44,7 @@ fn window() -> Result<(), Failure> {
     system::window()?;
     let small = ["cornell", "--camera", "0", "--trace-size", "80x60", "--grid", "64", "--spp", "1"];
     let mut viewer = cargo(["run", "--quiet", "--package", "gridlight-viewer", "--"]);
-    viewer.args(small).args(["--frames", FRAMES]);
+    viewer.args(small).args(["--after-frames", FRAMES]);
     let mut command = Command::new("xvfb-run");
     command.args(["--auto-servernum", "--server-args", "-screen 0 1024x768x24"]);
     command.arg(viewer.get_program()).args(viewer.get_args()).current_dir(crate::root());

@@ -32,6 +32,7 @@ use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, surface};
 use glam::{IVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Lines per emitter.
@@ -63,13 +64,11 @@ pub(crate) struct Emitters {
     glowing: Kernel,
 }
 
-/// Factors of all emitters.
+/// Factors of emitters, by cell.
 pub(crate) struct Factors {
     voxels: Buffer,
     cells: Vec<[u32; 3]>,
     count: u32,
-    /// Emitters without a single voxel.
-    pub(crate) lost: u32,
 }
 
 impl Emitters {
@@ -113,22 +112,35 @@ impl Emitters {
         Ok(Self { kernel, glowing })
     }
 
-    /// Counts all emitters; none where nothing glows.
-    pub(crate) fn factors(
+    /// Counts the emitters among a run of triangles, each alone; none where nothing glows. Reads that part of the mesh
+    /// back.
+    pub(crate) fn count(
         gpu: &Gpu,
         scene: &GpuScene,
         mesh: &GpuMesh,
+        triangles: Range<u32>,
         layout: &Layout,
         axes: Axes,
+    ) -> Result<Vec<Counted>, GpuError> {
+        if scene.emitters.is_empty() || triangles.is_empty() {
+            return Ok(Vec::new());
+        }
+        let lines = (ALL_LINES / scene.emitters.len() as u32).clamp(LEAST_LINES, LINES);
+        Ok(counted(layout, axes, &ReadMesh::new(gpu, scene, mesh, triangles)?, lines))
+    }
+
+    /// Factors of emitters that were counted; none where nothing glows.
+    pub(crate) fn factors<'a>(
+        gpu: &Gpu,
+        counted: impl IntoIterator<Item = &'a Counted>,
     ) -> Result<Option<Factors>, GpuError> {
-        if scene.emitters.is_empty() || mesh.triangle_count == 0 {
+        let voxels = won(counted);
+        if voxels.is_empty() {
             return Ok(None);
         }
-        let read = ReadMesh::new(gpu, scene, mesh)?;
-        let (voxels, lost) = factors(layout, axes, &read);
         let buffer = gpu.storage(Room::Voxels, "Emitters::voxels", &voxels)?;
         let cells = voxels.iter().map(|[x, y, z, _]| [*x, *y, *z]).collect();
-        Ok(Some(Factors { voxels: buffer, cells, count: voxels.len() as u32, lost }))
+        Ok(Some(Factors { voxels: buffer, cells, count: voxels.len() as u32 }))
     }
 
     /// The voxels that give off light, once all records are made. Waits for the device.
@@ -138,9 +150,6 @@ impl Emitters {
         factors: &Factors,
         grid: &VoxelGrid,
     ) -> Result<Vec<Glowing>, GpuError> {
-        if factors.count == 0 {
-            return Ok(Vec::new());
-        }
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let bytes = 4 * u64::from(factors.count);
         let luminances = gpu.buffer(Room::Voxels, "Emitters::luminances", bytes, usage)?;
@@ -171,12 +180,9 @@ impl Emitters {
         factors: &Factors,
         structure: &Buffer,
         uniform: &Buffer,
-        records: std::ops::Range<u32>,
+        records: Range<u32>,
         list: &Buffer,
     ) {
-        if factors.count == 0 {
-            return;
-        }
         let (workgroups, row) = rows(factors.count);
         let (first_record, record_count) = (records.start, records.len() as u32);
         let params =
@@ -191,31 +197,57 @@ impl Emitters {
 /// The glowing part of a mesh, read back.
 struct ReadMesh {
     vertices: Vec<u32>,
+    /// Number of the first of them.
+    first_vertex: u32,
     stride: usize,
     /// Number and vertices of each triangle, by object.
     objects: BTreeMap<u32, Vec<(u32, [u32; 3])>>,
 }
 
 impl ReadMesh {
-    fn new(gpu: &Gpu, scene: &GpuScene, mesh: &GpuMesh) -> Result<Self, GpuError> {
+    fn new(gpu: &Gpu, scene: &GpuScene, mesh: &GpuMesh, range: Range<u32>) -> Result<Self, GpuError> {
         // A triangle's record has 16 bits for its object.
         let mut objects: BTreeMap<_, _> =
             scene.emitters.iter().map(|e| (e.object.min(0xffff), Vec::new())).collect();
-        let triangles: Vec<[u32; 4]> = gpu.read_buffer(&mesh.triangles)?;
-        for (number, [a, b, c, names]) in (0..mesh.triangle_count).zip(triangles) {
+        let triangles: Vec<[u32; 4]> =
+            read(gpu, &mesh.triangles, 16 * u64::from(range.start)..16 * u64::from(range.end))?;
+        let (mut first_vertex, mut end_vertex) = (u32::MAX, 0);
+        for (number, [a, b, c, names]) in range.zip(triangles) {
             if let Some(object) = objects.get_mut(&(names >> 16)) {
                 object.push((number, [a, b, c]));
+                first_vertex = first_vertex.min(a).min(b).min(c);
+                end_vertex = end_vertex.max(a + 1).max(b + 1).max(c + 1);
             }
         }
-        Ok(Self { vertices: gpu.read_buffer(&mesh.vertices)?, stride: mesh.layout.stride as usize, objects })
+        // Those whose triangles are elsewhere.
+        objects.retain(|_, triangles| !triangles.is_empty());
+        let stride = mesh.layout.stride;
+        let bytes = |vertex: u32| (4 * u64::from(stride) * u64::from(vertex)).min(mesh.vertices.bytes());
+        let vertices = if objects.is_empty() {
+            Vec::new()
+        } else {
+            read(gpu, &mesh.vertices, bytes(first_vertex)..bytes(end_vertex))?
+        };
+        Ok(Self { vertices, first_vertex, stride: stride as usize, objects })
     }
 
     /// The first words of a vertex: position and packed normal. Zeros where a triangle names none.
     fn vertex(&self, vertex: u32) -> (Vec3, Vec3) {
-        let words = self.vertices.get(vertex as usize * self.stride..).and_then(|words| words.first_chunk());
+        let at = (vertex - self.first_vertex) as usize * self.stride;
+        let words = self.vertices.get(at..).and_then(|words| words.first_chunk());
         let [x, y, z, normal] = words.copied().unwrap_or([0; 4]);
         (Vec3::from([x, y, z].map(f32::from_bits)), surface::face_normal_unpack(normal))
     }
+}
+
+/// Part of a buffer, read back once everything submitted so far is done.
+fn read<T: bytemuck::Pod>(gpu: &Gpu, buffer: &Buffer, bytes: Range<u64>) -> Result<Vec<T>, GpuError> {
+    let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    let part = gpu.buffer(Room::Frame, buffer.label(), bytes.end - bytes.start, usage)?;
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, bytes.start, &part, 0, bytes.end - bytes.start);
+    gpu.queue.submit([encoder.finish()]);
+    gpu.read_buffer(&part)
 }
 
 /// A triangle's part in a column.
@@ -240,15 +272,21 @@ struct Vote {
 }
 
 /// One emitter's voxels with the keys they won with.
-struct Counted {
+pub(crate) struct Counted {
     voxels: Vec<(Lit, u32)>,
     factor: f32,
 }
 
-/// Cell and factor of every emitter's voxels, and how many emitters have none.
-fn factors(layout: &Layout, axes: Axes, mesh: &ReadMesh) -> (Vec<[u32; 4]>, u32) {
+impl Counted {
+    /// Whether nothing of it is left: it is too small for the grid, or outside.
+    pub(crate) fn is_lost(&self) -> bool {
+        self.voxels.is_empty()
+    }
+}
+
+/// Counts every emitter of a mesh.
+fn counted(layout: &Layout, axes: Axes, mesh: &ReadMesh, lines: u32) -> Vec<Counted> {
     let objects: Vec<_> = mesh.objects.values().collect();
-    let lines = (ALL_LINES / (objects.len() as u32).max(1)).clamp(LEAST_LINES, LINES);
     let next = AtomicUsize::new(0);
     let work = || {
         let mut done = Vec::new();
@@ -258,23 +296,26 @@ fn factors(layout: &Layout, axes: Axes, mesh: &ReadMesh) -> (Vec<[u32; 4]>, u32)
         done
     };
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(objects.len());
-    let counted: Vec<Counted> = std::thread::scope(|scope| {
+    std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
         workers.into_iter().flat_map(|w| w.join().unwrap_or_else(|e| std::panic::resume_unwind(e))).collect()
-    });
-    let lost = counted.iter().filter(|c| c.voxels.is_empty()).count() as u32;
-    // The key decides between emitters in one cell, whatever order threads finished in.
+    })
+}
+
+/// Cell and factor of every emitter's voxels. The key decides between emitters in one cell, whatever order threads
+/// finished in.
+fn won<'a>(counted: impl IntoIterator<Item = &'a Counted>) -> Vec<[u32; 4]> {
     let mut winners: HashMap<IVec3, (u32, f32)> = HashMap::new();
-    for emitter in &counted {
+    for emitter in counted {
         for (lit, key) in &emitter.voxels {
             let won = (*key, lit.share * emitter.factor);
             winners.entry(lit.cell).and_modify(|w| *w = if won.0 < w.0 { won } else { *w }).or_insert(won);
         }
     }
-    let voxels = winners
+    winners
         .into_iter()
-        .map(|(cell, (_, factor))| [cell.x as u32, cell.y as u32, cell.z as u32, factor.to_bits()]);
-    (voxels.collect(), lost)
+        .map(|(cell, (_, factor))| [cell.x as u32, cell.y as u32, cell.z as u32, factor.to_bits()])
+        .collect()
 }
 
 fn count(layout: &Layout, axes: Axes, mesh: &ReadMesh, triangles: &[(u32, [u32; 3])], lines: u32) -> Counted {

@@ -22,7 +22,8 @@
 //!   cleared buffer holds none.
 //! - **Rounds**: a fragment that finds a larger key stores its own, with plain relaxed loads and stores. Rounds repeat
 //!   until none stores anything: every round lowers each contended cell, so the end is the minimum whoever came first.
-//!   After [`MOST_ROUNDS`] one round of atomic minima finishes the rest.
+//!   After [`MOST_ROUNDS`] one round of atomic minima finishes the rest. All are recorded at once; a word that says if the
+//!   last one stored anything arms the next, so that nobody waits to ask.
 //! - **Holes**: where a material is masked or blended, its coverage is read at the point and the mip the voxel will
 //!   have. Less than half a step of the 4 bits that will store it is nothing.
 //!
@@ -39,8 +40,10 @@ mod tests;
 use crate::grid::GRID_WGSL;
 use crate::{Grid, resolve};
 use frame::scene_gpu::{GpuMesh, GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
-use frame::{Bind, Buffer, Gpu, GpuError, KernelError, RasterDesc, RasterKernel, RasterTargets, Recorder};
-use frame::{Room, Texture, brdf, surface};
+use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, RasterDesc, RasterKernel};
+use frame::{RasterTargets, Recorder, Room, Texture, brdf, surface};
+use std::ops::Range;
+use wgpu::BufferUsages;
 
 /// Rounds without atomics. The mean of k contenders takes ln k + 0.6; 14 is the most that was seen.
 pub const MOST_ROUNDS: u32 = 16;
@@ -88,18 +91,68 @@ frame::gpu_struct! {
     }
 }
 
+frame::gpu_struct! {
+    /// See `rounds.wgsl`.
+    pub struct RoundsParams {
+        /// Vertices of a round.
+        pub vertex_count: u32,
+        /// The first of them.
+        pub first_vertex: u32,
+        /// 1: the round to come is the one with atomic minima.
+        pub atomic_round: u32,
+        /// 1: the round to come is drawn in any case.
+        pub first_round: u32,
+    }
+}
+
 const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
 /// Both passes, each as a kernel for triangles without holes and, where the scene has any, one for those with holes.
 pub(crate) struct Raster {
     mark: Vec<RasterKernel>,
     vote: Vec<RasterKernel>,
+    arm: Kernel,
+}
+
+/// Whether rounds are needed, and how many were: kept from build to build.
+pub(crate) struct Rounds {
+    /// 1 where the last round stored something.
+    changed: Buffer,
+    /// Counts and first indices of the next round's draw.
+    draw: Buffer,
+    /// Rounds drawn and, of those, atomic ones: two counters of 64 bits.
+    counts: Buffer,
+}
+
+impl Rounds {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let words = |label, count: u64, more| {
+            let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST | more;
+            gpu.buffer(Room::Voxels, label, 4 * count, usage)
+        };
+        Ok(Self {
+            changed: words("Rounds::changed", 1, BufferUsages::empty())?,
+            draw: words("Rounds::draw", 4, BufferUsages::INDIRECT)?,
+            counts: words("Rounds::counts", 4, BufferUsages::empty())?,
+        })
+    }
+
+    /// Begins to count, `raster_rounds` and `atomic_rounds` in the log.
+    pub(crate) fn count(&self, recorder: &mut Recorder<'_>) {
+        recorder.clear(&self.counts);
+        recorder.counter("raster_rounds", &self.counts, 0);
+        recorder.counter("atomic_rounds", &self.counts, 8);
+    }
 }
 
 /// What a pass reads.
 pub(crate) struct Input<'a> {
+    /// Who draws, for the names of passes: `voxel/raster`, or who uses it.
+    pub stage: &'a str,
     pub scene: &'a GpuScene,
     pub mesh: &'a GpuMesh,
+    /// Of the mesh: those that are drawn.
+    pub triangles: Range<u32>,
     pub uniform: &'a Buffer,
     pub target: &'a Texture,
     pub axes: Axes,
@@ -113,14 +166,23 @@ impl Input<'_> {
         }
     }
 
+    /// Three corners per triangle and axis; 9 x 2^24 is a u32.
+    fn vertices(&self) -> Range<u32> {
+        let per_triangle = 3 * self.axis_count();
+        per_triangle * self.triangles.start..per_triangle * self.triangles.end
+    }
+
+    /// Draws all triangles, or as many as `armed` says.
     fn draw(
         &self,
         recorder: &mut Recorder<'_>,
-        pass: &str,
+        part: &str,
         kernels: &[RasterKernel],
         params: RasterParams,
         after: &[&Buffer],
+        armed: Option<&Buffer>,
     ) {
+        let pass = format!("{}/{part}", self.stage);
         let params = recorder.uniform(&RasterParams { axes: self.axis_count(), ..params });
         let mut resources = vec![params.binding()];
         resources.extend(self.mesh.resources());
@@ -128,10 +190,11 @@ impl Input<'_> {
         resources.extend(after.iter().map(|b| b.as_entire_binding()));
         let colors = [(self.target.view(), Some(wgpu::Color::TRANSPARENT))];
         let targets = RasterTargets { colors: &colors, depth: None };
-        // Three corners per triangle and axis; 9 x 2^24 is a u32.
-        let vertices = 0..3 * self.axis_count() * self.mesh.triangle_count;
         for kernel in kernels {
-            recorder.raster(pass, kernel, &resources, &targets, vertices.clone());
+            match armed {
+                None => recorder.raster(&pass, kernel, &resources, &targets, self.vertices()),
+                Some(draw) => recorder.raster_indirect(&pass, kernel, &resources, &targets, draw),
+            }
         }
     }
 }
@@ -183,6 +246,22 @@ impl Raster {
         Ok(Self {
             mark: variants().map(mark).collect::<Result<_, _>>()?,
             vote: variants().map(vote).collect::<Result<_, _>>()?,
+            arm: Kernel::new(
+                gpu,
+                &KernelDesc {
+                    name: "voxel/raster/arm",
+                    sources: &[include_str!("rounds.wgsl")],
+                    entry: "rounds_arm",
+                    workgroup: [1, 1, 1],
+                    bindings: &[
+                        Bind::uniform::<RoundsParams>(0, 1, "params"),
+                        Bind::storage(3, 0, "out_changed"),
+                        Bind::storage(3, 1, "out_draw"),
+                        Bind::storage(3, 2, "out_counts"),
+                    ],
+                    constants: &[],
+                },
+            )?,
         })
     }
 
@@ -194,41 +273,34 @@ impl Raster {
 
     /// Writes 1 for each brick cell that something is in; `marks` must be clear.
     pub(crate) fn mark(&self, recorder: &mut Recorder<'_>, input: &Input<'_>, marks: &Buffer) {
-        input.draw(
-            recorder,
-            "voxel/raster/mark",
-            &self.mark,
-            RasterParams::default(),
-            &[input.uniform, marks],
-        );
+        input.draw(recorder, "mark", &self.mark, RasterParams::default(), &[input.uniform, marks], None);
     }
 
-    /// Finds the winner of each cell of a batch; `keys` must be clear. Gives the rounds it took, and whether the last one
-    /// was atomic.
+    /// Finds the winner of each cell of a batch. `keys` hold 0 or what is there already; `rounds` adds up how many it took.
     pub(crate) fn vote(
         &self,
         recorder: &mut Recorder<'_>,
         input: &Input<'_>,
         structure: &Buffer,
-        slots: std::ops::Range<u32>,
+        slots: Range<u32>,
         keys: &Buffer,
-        changed: &Buffer,
-    ) -> Result<(u32, bool), GpuError> {
-        let round = |recorder: &mut Recorder<'_>, atomic_round| {
-            let (first_slot, slot_count) = (slots.start, slots.len() as u32);
-            let params = RasterParams { first_slot, slot_count, atomic_round, ..Default::default() };
-            recorder.clear(changed);
-            let buffers = [structure, input.uniform, keys, changed];
-            input.draw(recorder, "voxel/raster/vote", &self.vote, params, &buffers);
-        };
-        for done in 1..=MOST_ROUNDS {
-            round(recorder, 0);
-            recorder.flush();
-            if recorder.gpu().read_buffer::<u32>(changed)?.first() == Some(&0) {
-                return Ok((done, false));
-            }
+        rounds: &Rounds,
+    ) {
+        let buffers = [structure, input.uniform, keys, &rounds.changed];
+        let (first_slot, slot_count) = (slots.start, slots.len() as u32);
+        let vertices = input.vertices();
+        let (first_vertex, vertex_count) = (vertices.start, vertices.len() as u32);
+        recorder.clear(&rounds.changed);
+        for round in 0..=MOST_ROUNDS {
+            let (atomic_round, first_round) = (u32::from(round == MOST_ROUNDS), u32::from(round == 0));
+            let arm =
+                recorder.uniform(&RoundsParams { vertex_count, first_vertex, atomic_round, first_round });
+            let [changed, draw, counts] =
+                [&rounds.changed, &rounds.draw, &rounds.counts].map(|b| b.as_entire_binding());
+            let pass = format!("{}/arm", input.stage);
+            recorder.compute(&pass, &self.arm, &[arm.binding(), changed, draw, counts], [1, 1, 1]);
+            let params = RasterParams { first_slot, slot_count, atomic_round, axes: 0 };
+            input.draw(recorder, "vote", &self.vote, params, &buffers, Some(&rounds.draw));
         }
-        round(recorder, 1);
-        Ok((MOST_ROUNDS + 1, true))
     }
 }
