@@ -26,6 +26,7 @@
 #[cfg(test)]
 mod tests;
 
+use crate::cover::Found;
 use crate::emitters::{Counted, Emitters, Factors};
 use crate::grid::{BRICK_CELLS, GRID_WGSL, Layout};
 use crate::raster::{Input, Raster, Rounds};
@@ -124,11 +125,13 @@ struct Marked {
     staging: Buffer,
     submission: wgpu::SubmissionIndex,
     arrival: Receiver<Result<(), wgpu::BufferAsyncError>>,
+    /// What marking left for voting.
+    found: Found,
 }
 
 impl Marked {
     /// Copies a word, once everything submitted so far is done.
-    fn ask(gpu: &Gpu, buffer: &Buffer, word: u32) -> Result<Self, GpuError> {
+    fn ask(gpu: &Gpu, buffer: &Buffer, word: u32, found: Found) -> Result<Self, GpuError> {
         let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
         let staging = gpu.buffer(Room::Frame, "Revoxelizer::marked", 4, usage)?;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -139,17 +142,17 @@ impl Marked {
             // Nobody listens any more where a frame was given up.
             let _ = sender.send(result);
         });
-        Ok(Self { staging, submission, arrival })
+        Ok(Self { staging, submission, arrival, found })
     }
 
-    fn wait(self, gpu: &Gpu) -> Result<u32, GpuError> {
+    fn wait(self, gpu: &Gpu) -> Result<(u32, Found), GpuError> {
         let lost =
             |message: String| GpuError::ReadBack { what: "the number of moving bricks".into(), message };
         let wait = wgpu::PollType::Wait { submission_index: Some(self.submission), timeout: None };
         gpu.device.poll(wait).map_err(|e| lost(e.to_string()))?;
         self.arrival.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
         let view = self.staging.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
-        Ok(bytemuck::pod_read_unaligned(&view[..4]))
+        Ok((bytemuck::pod_read_unaligned(&view[..4]), self.found))
     }
 }
 
@@ -457,11 +460,12 @@ impl Voxelizer {
     ) -> Result<(), VoxelError> {
         let brick_cells = rest.brick_cells();
         recorder.clear(&rest.marks);
-        self.raster.mark(recorder, &self.moving(scene, mesh, grid, rest), &rest.marks);
+        let input = self.moving(scene, mesh, grid, rest);
+        let found = self.finders.mark(recorder, &self.structure, &input, brick_cells, &rest.marks)?;
         self.structure.scan(recorder, STAGE, &rest.marks, brick_cells, &rest.sums);
         recorder.flush();
         let total = Sums::total_word(brick_cells);
-        rest.marked = Some(Marked::ask(recorder.gpu(), &rest.sums.blocks, total)?);
+        rest.marked = Some(Marked::ask(recorder.gpu(), &rest.sums.blocks, total, found)?);
         Ok(())
     }
 
@@ -484,15 +488,15 @@ impl Voxelizer {
             self.mark_moving(recorder, scene, mesh, grid, rest)?;
         }
         let gpu = recorder.gpu();
-        if let Some(marked) = rest.marked.take() {
-            rest.moving_bricks = marked.wait(gpu)?;
-        }
+        let Some(marked) = rest.marked.take() else { return Ok(()) };
+        let (moving_bricks, found) = marked.wait(gpu)?;
+        rest.moving_bricks = moving_bricks;
         rest.grow(recorder, grid, rest.moving_bricks)?;
         let moves_light = rest.moves_light;
         let merged = match moves_light {
             true => {
                 let of_mesh = mesh.static_triangle_count..mesh.triangle_count;
-                let counted = Emitters::count(gpu, scene, mesh, of_mesh, &rest.layout, self.axes())?;
+                let counted = Emitters::count(gpu, scene, mesh, of_mesh, &rest.layout, self.cover())?;
                 Emitters::factors(gpu, rest.counted.iter().chain(&counted))?
             }
             false => None,
@@ -515,6 +519,7 @@ impl Voxelizer {
                 grid,
                 rest,
                 scratch,
+                &found,
                 factors.as_ref(),
                 slots,
             );
@@ -535,8 +540,8 @@ impl Voxelizer {
         rest: &'a Rest,
     ) -> Input<'a> {
         let triangles = mesh.static_triangle_count..mesh.triangle_count;
-        let (uniform, target, axes) = (&grid.uniform, &rest.target, self.axes());
-        Input { stage: STAGE, scene, mesh, triangles, uniform, target, axes }
+        let (uniform, target, cover) = (&grid.uniform, &rest.target, self.cover());
+        Input { stage: STAGE, scene, mesh, triangles, uniform, target, cover }
     }
 
     /// Winners and records of a run of slots of the second pool.
@@ -549,6 +554,7 @@ impl Voxelizer {
         grid: &VoxelGrid,
         rest: &Rest,
         scratch: &Scratch,
+        found: &Found,
         factors: Option<&Factors>,
         moving_slots: Range<u32>,
     ) {
@@ -558,7 +564,7 @@ impl Voxelizer {
         let (uniform, structure) = (&grid.uniform, &grid.structure);
         revoxelizer.keys(recorder, grid, rest, scratch, slots.clone());
         let input = self.moving(scene, mesh, grid, rest);
-        self.raster.vote(recorder, &input, structure, slots.clone(), &scratch.keys, &rest.rounds);
+        self.finders.vote(recorder, &input, found, structure, slots.clone(), &scratch.keys, &rest.rounds);
         let batch = Batch { stage: STAGE, uniform, structure, slots: slots.clone() };
         self.structure.masks(recorder, &batch, &scratch.keys, &scratch.bricks, &scratch.counts);
         self.structure.scan(recorder, STAGE, &scratch.counts, count, &scratch.sums);
