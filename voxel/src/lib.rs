@@ -9,6 +9,9 @@ mod cover;
 pub mod emitters;
 mod error;
 pub mod grid;
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod hard_cases;
 pub mod raster;
 mod resolve;
 pub mod revoxelize;

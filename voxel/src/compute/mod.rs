@@ -6,8 +6,8 @@
 //!
 //! - **Test** of a triangle with corners `v_i`, edges `e_i` and normal `N` against the cube of half a side `h` around `c`:
 //!   boxes overlap; `|N . (c - v_0)| <= h |N|_1`; and in each of the three projections, for each edge turned inwards `m`,
-//!   `m . (c - v_i) + h |m|_1 >= 0`. *Conservative*: misses no cell (it allows for rounding, 2^-12 cell and 2^-21 of the
-//!   triangle's extent). *Thin*: `|.|_inf` for `|.|_1` and no allowance, the core that is left is 6-separating: a walk
+//!   `m . (c - v_i) + h |m|_1 >= 0`. *Conservative*: misses no cell (it allows for 2^-12 cell and
+//!   for what rounding may do to each product). *Thin*: `|.|_inf` for `|.|_1` and no allowance, the core that is left is 6-separating: a walk
 //!   through faces of cells does not get past. There, as in [`crate::raster`], faces on a boundary between two layers go
 //!   to the one behind.
 //! - **Corners** are moved to multiples of 1/256 cell, and are given from the low corner of the brick at hand.

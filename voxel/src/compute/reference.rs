@@ -22,7 +22,7 @@ impl Sat {
     pub fn new(layout: &Layout, corners: [Vec3; 3], is_thin: bool) -> Option<Self> {
         let moved =
             corners.map(|p| ((p - layout.origin) / layout.voxel_size * GRAIN).map(f32::round_ties_even));
-        if moved.iter().any(|p| !(p.abs().max_element() < 1e18)) {
+        if moved.iter().any(|p| !p.is_finite() || p.abs().max_element() >= 1e18) {
             return None;
         }
         let mut corners = moved.map(|p| (p / GRAIN).as_dvec3());

@@ -1,6 +1,6 @@
 // Whether a triangle and a cube overlap; after mesh, grid and the constants RASTER_*. Formulas: mod.rs beside this file.
 
-// Error of a product of scaled edges: 2^-22.
+// Error of a product and of the sum it goes into: 2^-22.
 const SAT_ROUNDING = 2.384186e-7;
 
 struct SatTriangle {
@@ -12,6 +12,8 @@ struct SatTriangle {
     scale: f32,
     // Of the edges so scaled.
     normal: vec3f,
+    // By how much rounding may be off in it: a sliver's normal is what is left of products that cancel.
+    doubt: vec3f,
     // 0..2, the axis the normal is longest on.
     axis: u32,
     // By how much an overlap may be missed and still count, cells.
@@ -58,7 +60,10 @@ fn sat_triangle(triangle: u32, is_thin: bool) -> SatTriangle {
     let longest = sat_largest(max(max(abs(ab), abs(ac)), abs(t.c - t.b)));
     // A power of two, so that what is collinear stays so.
     t.scale = bitcast<f32>(0x7f000000u - (bitcast<u32>(max(longest, 1e-9)) & 0x7f800000u));
-    t.normal = cross(ab * t.scale, ac * t.scale);
+    let p = ab * t.scale;
+    let q = ac * t.scale;
+    t.normal = cross(p, q);
+    t.doubt = SAT_ROUNDING * (abs(p.yzx * q.zxy) + abs(p.zxy * q.yzx) + abs(t.normal));
     let size = abs(t.normal);
     t.axis = 2u;
     if (size.x * RASTER_PREFERENCE >= max(size.y, size.z)) {
@@ -68,8 +73,7 @@ fn sat_triangle(triangle: u32, is_thin: bool) -> SatTriangle {
     }
     let largest = sat_largest(size);
     t.is_there = largest > 0.0;
-    // Rounding: products of coordinates over the length of an edge.
-    t.slack = select(1.0 / 4096.0 + longest / 2097152.0, 0.0, is_thin);
+    t.slack = select(1.0 / 4096.0, 0.0, is_thin);
     let along = select(vec3f(0.0), vec3f(1.0), vec3<bool>(t.axis == 0u, t.axis == 1u, t.axis == 2u));
     let behind = select(0.0, RASTER_TIE, is_thin) * -sign(t.normal) * along;
     t.a += behind;
@@ -83,7 +87,8 @@ fn sat_projection(x: vec3f, y: vec3f, ex: vec3f, ey: vec3f, up: f32, half: f32, 
     let inside = select(-1.0, 1.0, up >= 0.0) * (ey * x - ex * y);
     let most = max(abs(ex), abs(ey));
     let reach = half * select(abs(ex) + abs(ey), most, is_thin);
-    return all(inside + reach + slack * most >= vec3f(0.0));
+    let rounding = select(SAT_ROUNDING, 0.0, is_thin) * (abs(ey * x) + abs(ex * y));
+    return all(inside + reach + slack * most + rounding >= vec3f(0.0));
 }
 
 // Whether the triangle meets a cube of half a side around a centre, cells; thin: its 6-separating core.
@@ -99,8 +104,7 @@ fn sat_overlaps(t: SatTriangle, center: vec3f, half: f32, slack: f32, is_thin: b
     let n = abs(t.normal);
     let most = sat_largest(n);
     let reach = half * select(n.x + n.y + n.z, most, is_thin);
-    // A sliver's normal is what is left of products that cancel.
-    let rounding = select(SAT_ROUNDING, 0.0, is_thin) * (abs(a.x) + abs(a.y) + abs(a.z));
+    let rounding = select(dot(t.doubt, abs(a)), 0.0, is_thin);
     if (abs(dot(t.normal, a)) > reach + slack * most + rounding) {
         return false;
     }
@@ -121,7 +125,8 @@ fn sat_depths(t: SatTriangle, column: vec2f, half: f32, slack: f32, is_thin: boo
     let a = sat_turn(t.a, t.axis);
     let depth = a.z - dot(n.xy / n.z, column - a.xy);
     let s = abs(n);
-    let rounding = SAT_ROUNDING * (abs(column.x - a.x) + abs(column.y - a.y)) / s.z;
+    let doubt = sat_turn(t.doubt, t.axis);
+    let rounding = dot(doubt, abs(vec3f(column, depth) - a)) / s.z;
     let reach = half * select((s.x + s.y + s.z) / s.z, 1.0, is_thin) + slack + rounding;
     return depth + vec2f(-reach, reach);
 }

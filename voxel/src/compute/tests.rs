@@ -29,8 +29,8 @@ fn winners(built: &Built, triangles: &[[Vec3; 3]], is_thin: bool) -> (HashMap<IV
         for cell in sat.candidates(&built.layout) {
             let center = cell.as_dvec3() + 0.5;
             let overlap = sat.overlap(center);
-            // What the conservative test allows beyond: 2^-12, and 2^-21 of an extent of a few hundred cells.
-            let allowance = if is_thin { 0.0 } else { 1.0 / 2048.0 };
+            // What the conservative test allows beyond.
+            let allowance = if is_thin { 0.0 } else { 1.0 / 4096.0 };
             if sat.is_close(center, allowance) {
                 close.insert(cell);
             }
