@@ -4,7 +4,7 @@
 //! records every stage, submits, and returns what each of them made.
 
 use crate::reference::Moments;
-use crate::settings::{Model, Preset, RenderSettings, open};
+use crate::settings::{KnobSetting, Model, Preset, RenderSettings, open};
 use crate::world::{Searches, Site};
 use crate::{Error, Progress};
 use denoise::Denoiser;
@@ -134,7 +134,7 @@ impl Pipeline {
         pipeline.gather.resize(&pipeline.gpu, &[settings.trace_size, settings.display_size])?;
         pipeline.tracer.resize(&pipeline.gpu, &pipeline.world, settings.trace_size, &pipeline.paths)?;
         pipeline.denoiser.resize(&pipeline.gpu, settings.trace_size, specular)?;
-        pipeline.upsampler.resize(&pipeline.gpu, settings.display_size, specular)?;
+        pipeline.upsampler.resize(&pipeline.gpu, settings.trace_size, settings.display_size, specular)?;
         Ok(pipeline)
     }
 
@@ -182,7 +182,7 @@ impl Pipeline {
             self.denoiser.resize(&self.gpu, settings.trace_size, specular)?;
         }
         if another[2] {
-            self.upsampler.resize(&self.gpu, settings.display_size, specular)?;
+            self.upsampler.resize(&self.gpu, settings.trace_size, settings.display_size, specular)?;
         }
         self.restart();
         Ok(())
@@ -211,7 +211,7 @@ impl Pipeline {
         recorder.on_progress(move |done| progress.report("tracing", done));
         let uniform = recorder.uniform(&frame.uniform());
 
-        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
         if moved {
             self.searches.moved();
         }
@@ -223,7 +223,10 @@ impl Pipeline {
         self.gather.gather(&mut recorder, "gather/trace", &uniform, &self.world, &mesh, &self.trace);
         let display = self.display.as_ref().unwrap_or(&self.trace);
         if self.display.is_some() {
-            self.gather.gather(&mut recorder, "gather/display", &uniform, &self.world, &mesh, display);
+            // Jitter belongs to the trace pixels; what is shown stands still.
+            let still = FrameInfo { jitter: [0.0; 2], previous_jitter: [0.0; 2], ..frame.clone() };
+            let still = recorder.uniform(&still.uniform());
+            self.gather.gather(&mut recorder, "gather/display", &still, &self.world, &mesh, display);
         }
         // Gathering keeps the device busy while the number of moving bricks comes back.
         let mut build_log = self.searches.build(&mut recorder, search, site)?;
@@ -270,7 +273,7 @@ impl Pipeline {
     ) -> Result<R, Error> {
         let frame = self.next_frame()?;
         let mut recorder = Recorder::new(&self.gpu);
-        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+        let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
         let site =
             Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
         for search in searches {
@@ -289,7 +292,7 @@ impl Pipeline {
         Ok(Converger::new(&self.gpu, &self.world, search, size, &self.paths)?)
     }
 
-    /// Adds samples number `samples` of the converged image to `moments`, whose count they raise.
+    /// Adds samples number `samples` of the converged image to `moments`: one batch, or what is left of it.
     ///
     /// # Errors
     /// The device was lost or ran out of memory.
@@ -303,12 +306,13 @@ impl Pipeline {
         frame.trace_size = self.settings.display_size;
         frame.jitter = [0.0; 2];
         frame.previous_jitter = [0.0; 2];
-        // Not the numbers of a render with this seed.
-        frame.seed = surface::hash(frame.seed ^ 0x7265_6673);
+        // Not the numbers of a render with this seed, and other ones in every batch: their stratification starts anew.
+        let batch = crate::reference::batch_end(samples.start);
+        frame.seed = surface::hash(surface::hash(frame.seed ^ 0x7265_6673) ^ batch);
         for band in sampler.bands() {
             let mut recorder = Recorder::new(&self.gpu);
             let uniform = recorder.uniform(&frame.uniform());
-            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world.mesh);
+            let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
             let site = Site {
                 scene: &self.world,
                 mesh: &mesh,
@@ -323,7 +327,7 @@ impl Pipeline {
             recorder.finish()?;
             moments.add(&band, &sampler.moments(&self.gpu, &band)?, self.world.radiance_scale);
         }
-        moments.count += u64::from(samples.end - samples.start);
+        moments.counted(samples.end - samples.start);
         Ok(())
     }
 
@@ -472,6 +476,27 @@ impl Pipeline {
         let paths = log.counts.get("paths").copied().unwrap_or(0.0);
         log.counts.insert("mean_spp".into(), paths / pixels);
     }
+}
+
+/// A denoiser by its name.
+///
+/// # Errors
+/// No such name, or the driver refuses a kernel.
+pub fn denoiser(gpu: &Gpu, name: &str) -> Result<Box<dyn Denoiser>, Error> {
+    Ok(find("denoiser", name, denoise::all())?(gpu)?)
+}
+
+/// Sets knobs of one stage, the only one that `wanted` may name.
+///
+/// # Errors
+/// Another stage is named, or a knob refuses its value.
+pub fn set_knobs(id: &str, knobs: &mut [Knob<'_>], wanted: &[KnobSetting]) -> Result<(), Error> {
+    wanted.iter().try_for_each(|wanted| match wanted.id == id {
+        true => set(id, knobs, &wanted.knob, &wanted.value),
+        false => {
+            Err(Error::NoSuchStage { id: wanted.id.clone(), knob: wanted.knob.clone(), known: id.into() })
+        }
+    })
 }
 
 fn set(id: &str, knobs: &mut [Knob<'_>], name: &str, value: &str) -> Result<(), Error> {

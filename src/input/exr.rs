@@ -64,7 +64,7 @@ impl Layers {
     }
 
     /// The layer that is the picture: the unnamed one, one whose name says so, or the only one that has colour.
-    fn picture(&self) -> Option<&str> {
+    pub fn picture(&self) -> Option<&str> {
         let colored = self.colored();
         let is_beauty = |layer: &str| {
             let last = layer.rsplit('.').next().unwrap_or(layer).to_lowercase();

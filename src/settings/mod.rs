@@ -3,9 +3,11 @@
 //! Units: pixels, metres, seconds, radians, linear Rec. 709 radiance. Nothing here touches a GPU; [`open`] turns the
 //! parts about the scene into a loaded [`scene::Scene`] and a camera.
 
+pub mod camera_path;
 pub mod case;
 pub mod open;
 
+pub use camera_path::{CameraKey, CameraPath};
 pub use case::Case;
 
 use serde::{Serialize, Serializer};
@@ -132,6 +134,8 @@ pub enum View {
     Camera(usize),
     /// Given in full.
     LookAt(LookAt),
+    /// Moves with the animation time.
+    Path(CameraPath),
 }
 
 /// A camera in numbers.

@@ -238,7 +238,7 @@ impl Voxelizer {
         let mut recorder = Recorder::new(gpu);
         let marks = words(gpu, "Voxelizer::marks", u64::from(brick_cells))?;
         let found = self.finders.mark(&mut recorder, &self.structure, &input, brick_cells, &marks)?;
-        let sums = Sums::new(gpu, brick_cells)?;
+        let sums = Sums::new(gpu, Room::Voxels, brick_cells)?;
         self.structure.scan(&mut recorder, "voxel/structure", &marks, brick_cells, &sums);
         let brick_count = sums.total(&mut recorder)?;
         let structure = words(gpu, "VoxelGrid::structure", layout.structure_words(brick_count))?;
@@ -321,7 +321,7 @@ impl Voxelizer {
         let batch = Batch { stage, uniform, structure, slots: slots.clone() };
         let counts = words(gpu, "Voxelizer::counts", slots.len() as u64)?;
         self.structure.masks(recorder, &batch, &build.keys, &build.bricks, &counts);
-        let sums = Sums::new(gpu, slots.len() as u32)?;
+        let sums = Sums::new(gpu, Room::Voxels, slots.len() as u32)?;
         self.structure.scan(recorder, stage, &counts, slots.len() as u32, &sums);
         let count = sums.total(recorder)?;
         let list = words(gpu, "Voxelizer::list", 2 * u64::from(count.max(1)))?;

@@ -258,6 +258,11 @@ impl<'g> Recorder<'g> {
         }
     }
 
+    /// A stage that records and cannot fail says what failed all the same; [`Recorder::finish`] returns it.
+    pub fn fail(&mut self, error: GpuError) {
+        self.failed.get_or_insert(error);
+    }
+
     /// Submits what is recorded so far, and waits until at most one earlier slice is still running.
     pub fn flush(&mut self) {
         self.uniforms.upload(self.gpu);

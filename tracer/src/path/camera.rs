@@ -19,8 +19,8 @@ use wgpu::BindingResource;
 
 /// Bytes of `Pixel` in `pixel_camera.inc.wgsl`.
 const PIXEL_BYTES: u64 = 192;
-/// Two vectors of four floats.
-const MOMENTS_BYTES: u64 = 32;
+/// A vector of four floats.
+const MOMENTS_BYTES: u64 = 16;
 
 /// Kernels and buffers of one structure, one scene, one size.
 pub(crate) struct CameraPaths {

@@ -6,8 +6,8 @@
 //!
 //! - **Test** of a triangle with corners `v_i`, edges `e_i` and normal `N` against the cube of half a side `h` around `c`:
 //!   boxes overlap; `|N . (c - v_0)| <= h |N|_1`; and in each of the three projections, for each edge turned inwards `m`,
-//!   `m . (c - v_i) + h |m|_1 >= 0`. *Conservative*: misses no cell (it allows for 2^-12 cell and
-//!   for what rounding may do to each product). *Thin*: `|.|_inf` for `|.|_1` and no allowance, the core that is left is 6-separating: a walk
+//!   `m . (c - v_i) + h |m|_1 >= 0`. *Conservative*: misses no cell (it allows for 2^-12 cell and for what rounding may
+//!   do to each product). *Thin*: `|.|_inf` for `|.|_1` and no allowance; the core that is left is 6-separating: a walk
 //!   through faces of cells does not get past. There, as in [`crate::raster`], faces on a boundary between two layers go
 //!   to the one behind.
 //! - **Corners** are moved to multiples of 1/256 cell, and are given from the low corner of the brick at hand.
@@ -30,11 +30,12 @@ mod tests;
 
 use crate::grid::GRID_WGSL;
 use crate::raster::{CONSTANTS as RASTER_CONSTANTS, Input};
-use crate::structure::{SCAN_CONSTANTS, Structure, Sums, rows};
+use crate::structure::{Structure, Sums, rows};
 use crate::voxelizer::words;
 use crate::{Cover, Grid, resolve};
+use frame::scan::SCAN_WGSL;
 use frame::scene_gpu::{GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
-use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, brdf, surface};
+use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, brdf, surface};
 use std::ops::Range;
 
 macro_rules! shared_constants {
@@ -100,7 +101,7 @@ impl Compute {
     pub(crate) fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, KernelError> {
         let tests = [
             RASTER_CONSTANTS,
-            SCAN_CONSTANTS,
+            SCAN_WGSL,
             CONSTANTS,
             include_str!("params.inc.wgsl"),
             include_str!("sat.inc.wgsl"),
@@ -197,7 +198,7 @@ impl Compute {
             triangles,
             &[of_mesh.to_vec(), bound(&[input.uniform, &tiles])],
         );
-        let sums = Sums::new(gpu, triangles)?;
+        let sums = Sums::new(gpu, Room::Voxels, triangles)?;
         structure.scan(recorder, stage, &tiles, triangles, &sums);
         let item_count = sums.total(recorder)?;
         let items = words(gpu, "Compute::items", 2 * u64::from(item_count.max(1)))?;
@@ -210,7 +211,8 @@ impl Compute {
         let chunk_counts = words(gpu, "Compute::chunk_counts", u64::from(brick_cells))?;
         let measured = [&counts, &chunk_counts];
         pass(recorder, "measure_chunks", &self.measure_chunks, brick_cells, &[bound(&measured)]);
-        let (sums, of_chunks) = (Sums::new(gpu, brick_cells)?, Sums::new(gpu, brick_cells)?);
+        let (sums, of_chunks) =
+            (Sums::new(gpu, Room::Voxels, brick_cells)?, Sums::new(gpu, Room::Voxels, brick_cells)?);
         structure.scan(recorder, stage, &counts, brick_cells, &sums);
         structure.scan(recorder, stage, &chunk_counts, brick_cells, &of_chunks);
         let listed = sums.total(recorder)?;

@@ -4,25 +4,14 @@
 //! brick cell of each slot, and per record of the batch the cell it is for. Slots follow brick cells, x fastest; records
 //! follow slots, then masks, then bits: the same triangles give the same words.
 //!
-//! Longest loops: 64 children per mask, 32 bits per word; the scan says its own.
+//! Longest loops: 64 children per mask, 32 bits per word; [`frame::scan`] says its own.
 
-mod scan;
-
-pub(crate) use scan::Sums;
+pub(crate) use frame::scan::Sums;
 
 use crate::Grid;
 use crate::grid::GRID_WGSL;
+use frame::scan::{SCAN_WGSL, Scan};
 use frame::{Bind, Buffer, Gpu, Kernel, KernelDesc, KernelError, Recorder};
-use scan::Scan;
-
-/// Counts per block of a scan, for Rust and for shaders.
-macro_rules! scan_block {
-    () => {
-        1024
-    };
-}
-const SCAN_BLOCK: u32 = scan_block!();
-pub(crate) const SCAN_CONSTANTS: &str = concat!("const SCAN_BLOCK = ", scan_block!(), "u;\n");
 
 frame::gpu_struct! {
     /// See `structure.wgsl`.
@@ -77,7 +66,7 @@ impl Structure {
                 gpu,
                 &KernelDesc {
                     name: entry,
-                    sources: &[SCAN_CONSTANTS, GRID_WGSL, include_str!("structure.wgsl")],
+                    sources: &[SCAN_WGSL, GRID_WGSL, include_str!("structure.wgsl")],
                     entry,
                     workgroup: [64, 1, 1],
                     bindings: &bindings,

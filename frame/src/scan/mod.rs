@@ -4,10 +4,20 @@
 //! Element i is at `before[i] + blocks[i / SCAN_BLOCK]`. Longest loop: n / (256 SCAN_BLOCK) rounds over the blocks' totals, 9 steps
 //! each; 2^26 counts, the most a dispatch takes, are 256 rounds.
 
-use super::{SCAN_BLOCK, SCAN_CONSTANTS};
-use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room};
+use crate::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room};
 
-frame::gpu_struct! {
+/// Counts per block of a scan, for Rust and for shaders.
+macro_rules! scan_block {
+    () => {
+        1024
+    };
+}
+/// Counts per block.
+pub const SCAN_BLOCK: u32 = scan_block!();
+/// The snippet: `SCAN_BLOCK`, for shaders that read sums.
+pub const SCAN_WGSL: &str = concat!("const SCAN_BLOCK = ", scan_block!(), "u;\n");
+
+crate::gpu_struct! {
     /// See `scan.wgsl`.
     pub struct ScanParams {
         /// Counts.
@@ -18,29 +28,33 @@ frame::gpu_struct! {
 }
 
 /// Both passes.
-pub(super) struct Scan {
+pub struct Scan {
     blocks: Kernel,
     totals: Kernel,
 }
 
 /// Where a scan's sums are.
-pub(crate) struct Sums {
+pub struct Sums {
     /// Sum of the words before, within a block.
-    pub(crate) before: Buffer,
+    pub before: Buffer,
     /// Sum of the blocks before; after the last the sum of all.
-    pub(crate) blocks: Buffer,
+    pub blocks: Buffer,
     /// Words there is room for.
     count: u32,
 }
 
 impl Scan {
-    pub(super) fn new(gpu: &Gpu) -> Result<Self, KernelError> {
+    /// Compiles both.
+    ///
+    /// # Errors
+    /// The driver refuses one.
+    pub fn new(gpu: &Gpu) -> Result<Self, KernelError> {
         let kernel = |entry, bindings: &[Bind]| {
             Kernel::new(
                 gpu,
                 &KernelDesc {
-                    name: "voxel/structure/scan",
-                    sources: &[SCAN_CONSTANTS, include_str!("scan.wgsl")],
+                    name: "scan",
+                    sources: &[SCAN_WGSL, include_str!("scan.wgsl")],
                     entry,
                     workgroup: [256, 1, 1],
                     bindings,
@@ -58,14 +72,7 @@ impl Scan {
     }
 
     /// Sums up the first `count` words, at most as many as the sums have room for.
-    pub(super) fn record(
-        &self,
-        recorder: &mut Recorder<'_>,
-        stage: &str,
-        counts: &Buffer,
-        count: u32,
-        sums: &Sums,
-    ) {
+    pub fn record(&self, recorder: &mut Recorder<'_>, stage: &str, counts: &Buffer, count: u32, sums: &Sums) {
         let pass = format!("{stage}/scan");
         let params = recorder.uniform(&ScanParams { count, _pad: [0; 3] });
         let [from, before, blocks] = [counts, &sums.before, &sums.blocks].map(|b| b.as_entire_binding());
@@ -81,9 +88,12 @@ impl Scan {
 
 impl Sums {
     /// Room for the sums of this many words.
-    pub(crate) fn new(gpu: &Gpu, count: u32) -> Result<Self, GpuError> {
+    ///
+    /// # Errors
+    /// Too many, or out of memory.
+    pub fn new(gpu: &Gpu, room: Room, count: u32) -> Result<Self, GpuError> {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let words = |label, n: u32| gpu.buffer(Room::Voxels, label, 4 * u64::from(n), usage);
+        let words = |label, n: u32| gpu.buffer(room, label, 4 * u64::from(n), usage);
         Ok(Self {
             before: words("Scan::before", count)?,
             blocks: words("Scan::blocks", count.div_ceil(SCAN_BLOCK) + 1)?,
@@ -92,12 +102,15 @@ impl Sums {
     }
 
     /// Word of `blocks` that holds the sum of all, after a scan of this many words.
-    pub(crate) fn total_word(count: u32) -> u32 {
+    pub fn total_word(count: u32) -> u32 {
         count.div_ceil(SCAN_BLOCK)
     }
 
     /// Waits for the sum of all, after a scan of as many words as there is room for.
-    pub(crate) fn total(&self, recorder: &mut Recorder<'_>) -> Result<u32, GpuError> {
+    ///
+    /// # Errors
+    /// The device was lost.
+    pub fn total(&self, recorder: &mut Recorder<'_>) -> Result<u32, GpuError> {
         recorder.flush();
         let blocks: Vec<u32> = recorder.gpu().read_buffer(&self.blocks)?;
         Ok(blocks.get(Self::total_word(self.count) as usize).copied().unwrap_or(0))
