@@ -1,7 +1,7 @@
 //! Names of layers, what is divided out, and that it comes back.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use super::{Bench, Light, Picture, View, layers, view};
+use super::{Bench, Light, Picture, View, view};
 use crate::input::Layers;
 use denoise::{Guides, Need};
 use frame::{FrameInfo, Gpu};
