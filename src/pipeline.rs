@@ -4,7 +4,7 @@
 //! records every stage, submits, and returns what each of them made.
 
 use crate::reference::Moments;
-use crate::settings::{KnobSetting, Model, Preset, RenderSettings, open};
+use crate::settings::{KnobSetting, Model, Preset, RenderSettings, View, open};
 use crate::world::{Searches, Site};
 use crate::{Error, Progress};
 use denoise::Denoiser;
@@ -12,9 +12,10 @@ use frame::scene_gpu::{self, GpuScene, SceneOptions};
 use frame::surface;
 use frame::{ColorImage, FrameInfo, FrameLog, GBuffer, Gpu, Knob, RadianceImage, Recorder};
 use scene::{Camera, Geometry, Scene};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use tessellate::Tessellator;
-use tracer::{Conventions, Converger, Gather, PathSettings, SampleRule, Search, Tracer, World};
+use tracer::{Converger, Gather, PathSettings, Search, Tracer, World};
 use upsample::Upsampler;
 use voxel::VoxelGrid;
 use voxel::grid::Layout;
@@ -58,7 +59,23 @@ pub struct Pipeline {
     display: Option<GBuffer>,
     previous: Option<FrameInfo>,
     frame_index: u32,
+    /// The moment that the geometry is at, and whether it stood still there.
+    posed: (f32, bool),
+    /// Every knob as its stage came, by the stage's id.
+    knob_defaults: BTreeMap<(&'static str, &'static str), String>,
     warnings: Vec<String>,
+}
+
+/// The stages that find, filter and lift light, and what they remember. Two of them can take turns with one pipeline's
+/// world: a split screen builds nothing twice.
+pub struct Street {
+    settings: RenderSettings,
+    tracer: Box<dyn Tracer>,
+    denoiser: Box<dyn Denoiser>,
+    upsampler: Box<dyn Upsampler>,
+    paths: PathSettings,
+    previous: Option<FrameInfo>,
+    frame_index: u32,
 }
 
 impl Pipeline {
@@ -99,10 +116,9 @@ impl Pipeline {
         warnings.extend(upload_warnings);
 
         let most = gpu.device.limits().max_texture_dimension_2d;
-        let voxel_size = Layout::fit(scene.bounds(), settings.grid, most)?.voxel_size;
-
         progress.report("building kernels", 0.0);
         let tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(&gpu)?;
+        let voxel_size = Layout::fit(tessellator.bounds(&world), settings.grid, most)?.voxel_size;
         let tracer = find("tracer", &settings.tracer, tracer::all())?(&gpu)?;
         let denoiser = find("denoiser", &settings.denoiser, denoise::all())?(&gpu)?;
         let upsampler = find("upsampler", &settings.upsampler, upsample::all())?(&gpu)?;
@@ -127,8 +143,11 @@ impl Pipeline {
             upsampler,
             previous: None,
             frame_index: 0,
+            posed: (settings.time, true),
+            knob_defaults: BTreeMap::new(),
             warnings,
         };
+        pipeline.note_defaults();
         pipeline.apply_knobs()?;
         let specular = pipeline.world.needs.specular;
         pipeline.gather.resize(&pipeline.gpu, &[settings.trace_size, settings.display_size])?;
@@ -138,29 +157,24 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// Swaps stages, samples, bounces, seed or grid for what `settings` say, and restarts. What stays the same is kept,
-    /// the scene, the sizes and the knobs among it: about those, `settings` must repeat what the pipeline was made with.
+    /// Swaps stages, knobs, samples, bounces, seed, view, time or grid for what `settings` say, and restarts. What stays
+    /// the same is kept, the scene, its reading and the sizes among it: about those, `settings` must repeat what the
+    /// pipeline was made with.
     ///
     /// # Errors
     /// A name that is not in its list, a kernel the driver refuses, or memory is out. The pipeline may then be half
     /// changed: make another.
     pub fn change(&mut self, settings: &RenderSettings) -> Result<(), Error> {
         let before = std::mem::replace(&mut self.settings, settings.clone());
-        let gpu = &self.gpu;
-        if before.grid != settings.grid {
-            let most = gpu.device.limits().max_texture_dimension_2d;
-            self.voxel_size = Layout::fit(self.scene.bounds(), settings.grid, most)?.voxel_size;
-            self.searches.forget_grid();
-        }
         let another = [
             before.tracer != settings.tracer,
             before.denoiser != settings.denoiser,
             before.upsampler != settings.upsampler,
         ];
+        let knobs_before = self.knob_values();
+        let gpu = &self.gpu;
         if before.tessellator != settings.tessellator {
             self.tessellator = find("tessellator", &settings.tessellator, tessellate::all())?(gpu)?;
-            self.searches.forget_grid();
-            self.searches.moved();
         }
         if another[0] {
             self.tracer = find("tracer", &settings.tracer, tracer::all())?(gpu)?;
@@ -171,21 +185,88 @@ impl Pipeline {
         if another[2] {
             self.upsampler = find("upsampler", &settings.upsampler, upsample::all())?(gpu)?;
         }
+        self.note_defaults();
         self.paths.spp = settings.spp;
         self.paths.bounces = settings.bounces;
         self.apply_knobs()?;
+        let knobs = self.knob_values();
+        let turned = |id: &str| {
+            let of = |values: &KnobValues| {
+                values.iter().filter(|((i, _), _)| *i == id).cloned().collect::<Vec<_>>()
+            };
+            of(&knobs_before) != of(&knobs)
+        };
+        if before.grid != settings.grid
+            || before.tessellator != settings.tessellator
+            || turned("voxel")
+            || turned(self.tessellator.name())
+        {
+            let most = self.gpu.device.limits().max_texture_dimension_2d;
+            let bounds = self.tessellator.bounds(&self.world);
+            self.voxel_size = Layout::fit(bounds, settings.grid, most)?.voxel_size;
+            self.searches.forget_grid();
+        }
+        if turned(self.tessellator.name()) {
+            self.searches.moved();
+        }
         let specular = self.world.needs.specular;
-        if another[0] {
+        if turned("gather") {
+            self.gather.resize(&self.gpu, &[settings.trace_size, settings.display_size])?;
+        }
+        if another[0] || turned("tracer") || turned(self.tracer.name()) {
             self.tracer.resize(&self.gpu, &self.world, settings.trace_size, &self.paths)?;
         }
-        if another[1] {
+        if another[1] || turned(self.denoiser.name()) {
             self.denoiser.resize(&self.gpu, settings.trace_size, specular)?;
         }
-        if another[2] {
+        if another[2] || turned(self.upsampler.name()) {
             self.upsampler.resize(&self.gpu, settings.trace_size, settings.display_size, specular)?;
         }
         self.restart();
         Ok(())
+    }
+
+    /// Looks from elsewhere from the next frame on, and remembers what was seen: a camera that is moved by hand.
+    pub fn look(&mut self, view: View) {
+        self.settings.view = view;
+    }
+
+    /// Makes a second street through the same world, for [`Pipeline::exchange`]; about everything but tracer, denoiser,
+    /// upsampler, their knobs, samples, bounces and seed, `settings` must repeat what the pipeline shows.
+    ///
+    /// # Errors
+    /// As [`Pipeline::change`].
+    pub fn street(&mut self, settings: &RenderSettings) -> Result<Street, Error> {
+        let specular = self.world.needs.specular;
+        let mut street = Street {
+            settings: settings.clone(),
+            tracer: find("tracer", &settings.tracer, tracer::all())?(&self.gpu)?,
+            denoiser: find("denoiser", &settings.denoiser, denoise::all())?(&self.gpu)?,
+            upsampler: find("upsampler", &settings.upsampler, upsample::all())?(&self.gpu)?,
+            paths: PathSettings { spp: settings.spp, bounces: settings.bounces, ..Default::default() },
+            previous: None,
+            frame_index: 0,
+        };
+        self.exchange(&mut street);
+        self.note_defaults();
+        let applied = self.apply_knobs();
+        self.exchange(&mut street);
+        applied?;
+        street.tracer.resize(&self.gpu, &self.world, settings.trace_size, &street.paths)?;
+        street.denoiser.resize(&self.gpu, settings.trace_size, specular)?;
+        street.upsampler.resize(&self.gpu, settings.trace_size, settings.display_size, specular)?;
+        Ok(street)
+    }
+
+    /// Puts another street's stages in place; `street` then holds those that were there.
+    pub fn exchange(&mut self, street: &mut Street) {
+        std::mem::swap(&mut self.settings, &mut street.settings);
+        std::mem::swap(&mut self.tracer, &mut street.tracer);
+        std::mem::swap(&mut self.denoiser, &mut street.denoiser);
+        std::mem::swap(&mut self.upsampler, &mut street.upsampler);
+        std::mem::swap(&mut self.paths, &mut street.paths);
+        std::mem::swap(&mut self.previous, &mut street.previous);
+        std::mem::swap(&mut self.frame_index, &mut street.frame_index);
     }
 
     /// Forgets all history: the next frame is the first.
@@ -200,11 +281,17 @@ impl Pipeline {
     /// The device was lost or ran out of memory, or a moving scene no longer fits its grid.
     pub fn render(&mut self) -> Result<Rendered, Error> {
         let frame = self.next_frame()?;
-        let moved =
-            self.previous.is_some() && self.geometry.static_object_count() < self.geometry.objects.len();
+        // A second street finds the moment of the first one's frame.
+        let moved = self.posed != (frame.time, frame.restart)
+            && self.geometry.static_object_count() < self.geometry.objects.len();
         if moved {
             self.scene.pose(frame.time, &mut self.geometry);
             self.world.update(&self.gpu, &self.geometry);
+            if frame.restart {
+                // Before the first frame nothing moved.
+                self.world.update(&self.gpu, &self.geometry);
+            }
+            self.posed = (frame.time, frame.restart);
         }
         let mut recorder = Recorder::new(&self.gpu);
         let progress = self.progress.clone();
@@ -216,8 +303,14 @@ impl Pipeline {
             self.searches.moved();
         }
         self.progress.report("building the structure", 0.0);
-        let (search, bounds) = (self.tracer.search(), self.scene.bounds());
-        let site = Site { scene: &self.world, mesh: &mesh, bounds, grid: self.settings.grid };
+        let (search, bounds) = (self.tracer.search(), self.tessellator.bounds(&self.world));
+        let site = Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds,
+            grid: self.settings.grid,
+            cache: self.paths.build.cache,
+        };
         self.searches.find_moving(&mut recorder, search, site)?;
 
         self.gather.gather(&mut recorder, "gather/trace", &uniform, &self.world, &mesh, &self.trace);
@@ -274,8 +367,13 @@ impl Pipeline {
         let frame = self.next_frame()?;
         let mut recorder = Recorder::new(&self.gpu);
         let mesh = self.tessellator.tessellate(&mut recorder, &frame, self.voxel_size, &self.world);
-        let site =
-            Site { scene: &self.world, mesh: &mesh, bounds: self.scene.bounds(), grid: self.settings.grid };
+        let site = Site {
+            scene: &self.world,
+            mesh: &mesh,
+            bounds: self.tessellator.bounds(&self.world),
+            grid: self.settings.grid,
+            cache: self.paths.build.cache,
+        };
         for search in searches {
             self.searches.build(&mut recorder, *search, site)?;
         }
@@ -317,8 +415,9 @@ impl Pipeline {
             let site = Site {
                 scene: &self.world,
                 mesh: &mesh,
-                bounds: self.scene.bounds(),
+                bounds: self.tessellator.bounds(&self.world),
                 grid: self.settings.grid,
+                cache: false,
             };
             for search in sampler.searches() {
                 self.searches.build(&mut recorder, search, site)?;
@@ -369,15 +468,8 @@ impl Pipeline {
 
     /// Every knob of the chosen stages, by the id that `--set` takes.
     pub fn with_knobs<R>(&mut self, visit: impl FnOnce(Vec<(&'static str, Vec<Knob<'_>>)>) -> R) -> R {
-        let mut samples = self.paths.samples as u32;
-        let mut conventions = self.paths.conventions as u32;
-        let of_tracer = PathSettings::knobs(
-            &mut samples,
-            &mut conventions,
-            &mut self.paths.both_branches,
-            &mut self.paths.next_event,
-            &mut self.paths.roulette_from,
-        );
+        let mut choices = self.paths.choices();
+        let of_tracer = self.paths.knobs(&mut choices);
         let (tessellator, tracer) = (self.tessellator.name(), self.tracer.name());
         let (denoiser, upsampler) = (self.denoiser.name(), self.upsampler.name());
         let mut all = vec![
@@ -398,30 +490,41 @@ impl Pipeline {
             }
         }
         let result = visit(merged);
-        self.paths.samples = if samples == 0 { SampleRule::Fixed } else { SampleRule::Roughness };
-        self.paths.conventions =
-            if conventions == 0 { Conventions::Gridlight } else { Conventions::Reference };
+        self.paths.choose(choices);
         result
     }
 
+    /// Notes the values of stages that were just made.
+    fn note_defaults(&mut self) {
+        for (knob, value) in self.knob_values() {
+            self.knob_defaults.entry(knob).or_insert(value);
+        }
+    }
+
+    fn knob_values(&mut self) -> KnobValues {
+        let of = |(id, knobs): &(&'static str, Vec<Knob<'_>>)| {
+            knobs.iter().map(|knob| ((*id, knob.name), knob.to_string())).collect::<Vec<_>>()
+        };
+        self.with_knobs(|stages| stages.iter().flat_map(of).collect())
+    }
+
+    /// Every knob as it came, then as the preset, then as the settings say.
     fn apply_knobs(&mut self) -> Result<(), Error> {
         let settings = self.settings.clone();
-        let preset: &[(&str, &str, &str)] = match settings.preset {
-            Preset::Default => &[],
-            Preset::Paper => &[
-                ("voxel", "elevation", "voxel"),
-                ("voxel", "axes", "dominant"),
-                ("tracer", "samples", "roughness"),
-                ("tracer", "next_event", "off"),
-                ("tracer", "both_branches", "off"),
-                ("best_candidate", "plane_test", "off"),
-            ],
-            Preset::Gltf => &[
-                ("gather", "mips", "off"),
-                ("gather", "bend", "off"),
-                ("tracer", "conventions", "reference"),
-            ],
-        };
+        let defaults = std::mem::take(&mut self.knob_defaults);
+        let reset: Result<(), Error> = self.with_knobs(|mut stages| {
+            for (id, knobs) in &mut stages {
+                for knob in knobs.iter_mut() {
+                    if let Some(value) = defaults.get(&(*id, knob.name)) {
+                        knob.set(value).map_err(|source| Error::Knob { id: (*id).into(), source })?;
+                    }
+                }
+            }
+            Ok(())
+        });
+        self.knob_defaults = defaults;
+        reset?;
+        let preset = settings.preset.knobs();
         self.with_knobs(|stages| {
             let known = stages.iter().map(|(id, _)| *id).collect::<Vec<_>>().join(", ");
             let mut stages: Vec<_> = stages;
@@ -499,6 +602,9 @@ pub fn set_knobs(id: &str, knobs: &mut [Knob<'_>], wanted: &[KnobSetting]) -> Re
         }
     })
 }
+
+/// Stage, name, value.
+type KnobValues = Vec<((&'static str, &'static str), String)>;
 
 fn set(id: &str, knobs: &mut [Knob<'_>], name: &str, value: &str) -> Result<(), Error> {
     frame::set_knob(knobs, name, value).map_err(|source| Error::Knob { id: id.into(), source })

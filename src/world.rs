@@ -3,11 +3,11 @@
 
 use crate::Error;
 use frame::scene_gpu::{GpuMesh, GpuScene};
-use frame::{FrameLog, Gpu, Knob, Recorder};
+use frame::{Buffer, FrameLog, Gpu, Knob, Recorder};
 use scene::Aabb;
 use tracer::bvh::cwbvh::{self, Cwbvh};
 use tracer::bvh::lbvh::{Lbvh, LbvhBuilder};
-use tracer::{LightList, Search, World};
+use tracer::{LightList, RadianceCache, Search, World};
 use voxel::{Rest, VoxelGrid, Voxelizer};
 
 /// The structures that stand, and what builds them.
@@ -22,7 +22,10 @@ pub struct Searches {
     grid_moved: bool,
     lbvh_moved: bool,
     grid_lights: Option<LightList>,
+    cache: Option<RadianceCache>,
     triangle_lights: Option<LightList>,
+    /// The triangles they were built of.
+    triangles: Option<Buffer>,
 }
 
 /// What a structure is built of.
@@ -36,6 +39,8 @@ pub struct Site<'a> {
     pub bounds: Aabb,
     /// Cells on the longest axis.
     pub grid: u32,
+    /// Voxels keep radiance.
+    pub cache: bool,
 }
 
 impl Searches {
@@ -54,7 +59,9 @@ impl Searches {
             grid_moved: false,
             lbvh_moved: false,
             grid_lights: None,
+            cache: None,
             triangle_lights: None,
+            triangles: None,
         })
     }
 
@@ -73,6 +80,7 @@ impl Searches {
         self.grid = None;
         self.rest = None;
         self.grid_lights = None;
+        self.cache = None;
     }
 
     /// Triangles moved: what depends on their places is built anew, refitted, or made anew where they are or were, when
@@ -98,6 +106,7 @@ impl Searches {
         what: Search,
         site: Site<'_>,
     ) -> Result<(), Error> {
+        self.recognise(site);
         if self.rest.as_ref().is_some_and(|rest| !self.voxelizer.can_follow(rest, site.mesh)) {
             self.forget_grid();
         }
@@ -116,6 +125,17 @@ impl Searches {
         }
     }
 
+    /// A tessellator says by other buffers that it made another mesh: then nothing that stands is of use.
+    fn recognise(&mut self, site: Site<'_>) {
+        if self.triangles.as_ref().is_some_and(|known| **known != *site.mesh.triangles) {
+            self.forget_grid();
+            self.lbvh = None;
+            self.cwbvh = None;
+            self.triangle_lights = None;
+        }
+        self.triangles = Some(site.mesh.triangles.clone());
+    }
+
     /// Makes sure that `what` stands. Submits what is recorded so far where building has to wait for it. The log has what
     /// did not go through the recorder.
     ///
@@ -129,6 +149,7 @@ impl Searches {
     ) -> Result<FrameLog, Error> {
         let gpu = recorder.gpu();
         let mut log = FrameLog::default();
+        self.recognise(site);
         match what {
             Search::Grid => {
                 if self.grid.is_none() {
@@ -139,6 +160,12 @@ impl Searches {
                     self.voxelizer.revoxelize(recorder, site.scene, site.mesh, grid, rest)?;
                     if rest.moves_light() {
                         self.grid_lights = None;
+                    }
+                    match &self.cache {
+                        Some(cache) if cache.is_for(grid) => {
+                            cache.forget_from(recorder, rest.first_moving_record())
+                        }
+                        _ => self.cache = None,
                     }
                 }
                 self.grid_moved = false;
@@ -170,12 +197,18 @@ impl Searches {
             }
             _ => {}
         }
+        match (what, &self.grid) {
+            (Search::Grid, Some(grid)) if site.cache && self.cache.is_none() => {
+                self.cache = Some(RadianceCache::new(gpu, grid)?);
+            }
+            _ => {}
+        }
         Ok(log)
     }
 
     /// The whole grid, or what stands still of it.
     fn build_grid(&mut self, gpu: &Gpu, site: Site<'_>) -> Result<FrameLog, Error> {
-        let Site { scene, mesh, bounds, grid } = site;
+        let Site { scene, mesh, bounds, grid, .. } = site;
         let (grid, log) = if self.voxelizer.follows(mesh) {
             let (grid, rest, log) = self.voxelizer.voxelize_rest(gpu, scene, mesh, bounds, grid)?;
             (self.rest, self.grid_moved) = (Some(rest), true);
@@ -196,6 +229,7 @@ impl Searches {
             lbvh: self.lbvh.as_deref(),
             cwbvh: self.cwbvh.as_ref().map(|built| &built.bvh),
             grid_lights: self.grid_lights.as_ref(),
+            cache: self.cache.as_ref(),
             triangle_lights: self.triangle_lights.as_ref(),
         }
     }

@@ -5,6 +5,8 @@
 //! | "denoised through a two-pass, five-phase blur process" | [`five_phase`] |
 //! | - (Dammertz et al. 2010, for comparison) | [`atrous`] |
 //! | - (Schied et al. 2017, for comparison) | [`svgf`] |
+//! | - (Schied et al. 2018, for comparison) | [`asvgf`] |
+//! | "Mara et al." (2017), named by the paper | [`mara`] |
 //! | - (in the manner of ReBLUR, for comparison) | [`recurrent`] |
 //! | - (the mean over time alone) | [`accumulate`] |
 //! | the same street without a filter, to measure what one is worth | [`identity`] |
@@ -25,12 +27,16 @@
 //!   the surface's two; so mirrors and clear glass, whose light is a picture of something else, stay as they are.
 
 pub mod accumulate;
+pub mod asvgf;
 pub mod atrous;
 pub mod edge;
 pub mod five_phase;
 pub mod identity;
 pub mod light;
 pub mod lobes;
+pub mod mara;
+#[cfg(feature = "oidn")]
+pub mod oidn;
 pub mod recurrent;
 pub mod svgf;
 pub mod temporal;
@@ -116,8 +122,12 @@ pub fn all() -> &'static [(&'static str, Constructor)] {
         ("five_phase", |gpu| Ok(Box::new(five_phase::FivePhase::new(gpu)?))),
         ("atrous", |gpu| Ok(Box::new(atrous::Atrous::new(gpu)?))),
         ("svgf", |gpu| Ok(Box::new(svgf::Svgf::new(gpu)?))),
+        ("asvgf", |gpu| Ok(Box::new(asvgf::Asvgf::new(gpu)?))),
         ("recurrent", |gpu| Ok(Box::new(recurrent::Recurrent::new(gpu)?))),
+        ("mara", |gpu| Ok(Box::new(mara::Mara::new(gpu)?))),
         ("accumulate", |gpu| Ok(Box::new(accumulate::Accumulate::new(gpu)?))),
+        #[cfg(feature = "oidn")]
+        ("oidn", |gpu| Ok(Box::new(oidn::Oidn::new(gpu)?))),
     ]
 }
 

@@ -11,7 +11,8 @@ use half::f16;
 
 fn each(mut check: impl FnMut(&Gpu, &str, &mut dyn Denoiser)) {
     let gpu = gpu();
-    for (name, make) in all() {
+    // The network keeps its own promises, see its folder.
+    for (name, make) in all().iter().filter(|(name, _)| *name != "oidn") {
         check(&gpu, name, make(&gpu).unwrap().as_mut());
     }
 }

@@ -38,25 +38,20 @@ pub fn run(args: &DenoiseArgs) -> Result<(), Error> {
     let mut denoiser = pipeline::denoiser(&gpu, &args.denoiser)?;
     pipeline::set_knobs(denoiser.name(), &mut denoiser.knobs(), &args.set)?;
 
+    let (name, guides) = (denoiser.name(), denoiser.guides());
+    let mut waiting = Some(denoiser);
     let mut bench: Option<Bench> = None;
-    let mut maker = Some(denoiser);
-    let mut size = [0; 2];
-    let mut frames = Vec::new();
+    let mut frames: Vec<Frame> = Vec::new();
     for index in 0..count {
         let (input, out) = (nth(&args.input, index)?, nth(&args.out, index)?);
         let layers = read_exr_layers(&input)?;
-        if bench.is_some() && layers.size() != size {
-            let ([w, h], [v, g]) = (layers.size(), size);
+        if let Some(first) = frames.first().filter(|first| first.size != layers.size()) {
+            let ([w, h], [v, g]) = (layers.size(), first.size);
             let message = format!("is {w}x{h}, the sequence began with {v}x{g}");
             return Err(Error::Read { path: input, message });
         }
-        size = layers.size();
-        let bench = match (&mut bench, maker.take()) {
-            (Some(bench), _) => bench,
-            (none, Some(denoiser)) => none.insert(Bench::new(gpu.clone(), denoiser, size)?),
-            (None, None) => break,
-        };
-        let picture = Picture::of(&input, &layers, bench.denoiser(), count > 1)?;
+        let size = layers.size();
+        let picture = Picture::of(&input, &layers, name, guides, count > 1)?;
         let kind = if picture.depth_is_distance { DepthKind::Ray } else { args.depth };
         let light = Light::of(&picture);
         let frame = FrameInfo {
@@ -65,6 +60,16 @@ pub fn run(args: &DenoiseArgs) -> Result<(), Error> {
             radiance_scale: light.scale(),
             ..FrameInfo::still(view::camera(args.vfov), size)
         };
+        let has_specular = light.has_specular();
+        let bench = match (&mut bench, waiting.take()) {
+            (Some(bench), _) => bench,
+            (none, Some(denoiser)) => none.insert(Bench::new(gpu.clone(), denoiser, size, has_specular)?),
+            (None, None) => break,
+        };
+        if bench.has_specular() != has_specular {
+            let message = "its roughness layer, or lack of one, is not the first file's".into();
+            return Err(Error::Read { path: input, message });
+        }
         let view = View::of(picture.depth.as_ref(), kind, &frame);
         bench.upload(&picture, &view, &light);
         // A sequence goes on from frame to frame: no frame is run twice, and only the first one compiles.

@@ -7,6 +7,7 @@ mod bar;
 mod compare;
 mod denoise;
 mod info;
+mod line;
 mod list;
 mod metrics;
 mod reference;
@@ -17,6 +18,7 @@ mod values;
 mod view;
 
 pub use args::Cli;
+pub use line::RenderLine;
 pub use view::StreetArgs;
 
 use crate::Error;

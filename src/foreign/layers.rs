@@ -15,7 +15,7 @@
 
 use crate::Error;
 use crate::input::Layers;
-use denoise::{Denoiser, Need};
+use denoise::{Guides, Need};
 use frame::cpu::Image;
 use std::path::Path;
 
@@ -56,7 +56,13 @@ impl Picture {
     ///
     /// # Errors
     /// The picture or a layer that is needed is missing; the message names what was looked for and what there is.
-    pub fn of(path: &Path, layers: &Layers, denoiser: &dyn Denoiser, sequence: bool) -> Result<Self, Error> {
+    pub fn of(
+        path: &Path,
+        layers: &Layers,
+        denoiser: &str,
+        guides: Guides,
+        sequence: bool,
+    ) -> Result<Self, Error> {
         let find = Finder { layers };
         let lobes = find.lobe("noisydiffuse").zip(find.lobe("noisyspecular")).map(|(d, s)| [d, s]);
         let picture = layers.picture().and_then(|layer| layers.color(layer));
@@ -64,8 +70,7 @@ impl Picture {
         let missing = |what: &str, names: &[&str]| {
             let there: Vec<&str> = layers.names().collect();
             let message = format!(
-                "denoiser {} needs {what}, and no layer is called so (looked for: {}); there are: {}",
-                denoiser.name(),
+                "denoiser {denoiser} needs {what}, and no layer is called so (looked for: {}); there are: {}",
                 names.join(", "),
                 there.join(", ")
             );
@@ -91,7 +96,6 @@ impl Picture {
             emission: find.three(EMISSION),
             motion: find.two(MOTION),
         };
-        let guides = denoiser.guides();
         if guides.surface == Need::Required && picture.normal.is_none() {
             return Err(missing("normals", NORMAL));
         }

@@ -74,6 +74,11 @@ impl Light {
         Self { lobes, scale: exponent.max(least).clamp(-60.0, 0.0).exp2() }
     }
 
+    /// Whether there is a specular lobe.
+    pub fn has_specular(&self) -> bool {
+        self.lobes[1].is_some()
+    }
+
     /// Power of two that stored light is multiplied with.
     pub fn scale(&self) -> f32 {
         self.scale
@@ -102,15 +107,20 @@ impl Bench {
     ///
     /// # Errors
     /// Too large, or out of memory.
-    pub fn new(gpu: Gpu, mut denoiser: Box<dyn Denoiser>, size: [u32; 2]) -> Result<Self, Error> {
-        denoiser.resize(&gpu, size, true)?;
-        let (guides, noisy) = (GBuffer::new(&gpu, size)?, RadianceImage::new(&gpu, size, true)?);
+    pub fn new(
+        gpu: Gpu,
+        mut denoiser: Box<dyn Denoiser>,
+        size: [u32; 2],
+        has_specular: bool,
+    ) -> Result<Self, Error> {
+        denoiser.resize(&gpu, size, has_specular)?;
+        let (guides, noisy) = (GBuffer::new(&gpu, size)?, RadianceImage::new(&gpu, size, has_specular)?);
         Ok(Self { gpu, denoiser, guides, noisy })
     }
 
-    /// The denoiser.
-    pub fn denoiser(&self) -> &dyn Denoiser {
-        self.denoiser.as_ref()
+    /// Whether there is a specular lobe.
+    pub fn has_specular(&self) -> bool {
+        self.noisy.specular.is_some()
     }
 
     /// Hands a picture and its light to the device.
@@ -121,11 +131,14 @@ impl Bench {
             let [x, y] = [x as i32, y as i32];
             let roughness = picture.roughness.as_ref().and_then(|r| r.get(x, y)).unwrap_or([1.0; 2]);
             let normal = picture.normal.as_ref().and_then(|n| n.get(x, y)).unwrap_or_default();
+            let reflects =
+                picture.albedo_at(x, y).iter().any(|c| *c >= ALBEDO_MIN) || picture.lobes.is_some();
+            let albedo = Vec3::from(picture.albedo_at(x, y));
             Surface {
                 normal: Vec3::from(normal).try_normalize().unwrap_or(Vec3::Z),
-                // What there is no light of takes no part.
-                base: if has[0] { Vec3::ONE } else { Vec3::ZERO },
-                f0: if has[1] { 0.04 } else { 0.0 },
+                // What there is no light of takes no part; what reflects nothing shines by itself, and passes by.
+                base: if has[0] && reflects { albedo.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO },
+                f0: if has[1] && reflects { 0.04 } else { 0.0 },
                 roughness: Vec2::from(roughness).clamp(Vec2::ZERO, Vec2::ONE),
                 ..Surface::default()
             }
@@ -222,3 +235,6 @@ impl Bench {
 fn stored([r, g, b, length]: [f32; 4], scale: f32) -> [f16; 4] {
     [r * scale, g * scale, b * scale, length].map(f16::from_f32)
 }
+
+#[cfg(test)]
+mod tests;

@@ -18,7 +18,7 @@ pub mod phong;
 mod subdivide;
 
 use frame::info::FrameInfo;
-use frame::scene_gpu::{GpuMesh, GpuScene};
+use frame::scene_gpu::{Aabb, GpuMesh, GpuScene};
 use frame::{Gpu, GpuError, Knob, Recorder};
 
 /// Meshes in, finer meshes out.
@@ -31,6 +31,11 @@ pub trait Tessellator {
 
     /// Its settings, lent out.
     fn knobs(&mut self) -> Vec<Knob<'_>>;
+
+    /// Box around everything it may make of the scene at any moment, m.
+    fn bounds(&self, scene: &GpuScene) -> Aabb {
+        scene.bounds
+    }
 
     /// Records its passes, named `tessellate/NAME/…`. `voxel_size` in metres is the finest detail that a ray will
     /// meet. While the mesh's buffers stay the same, its static triangles do.

@@ -306,10 +306,7 @@ fn closed_meshes_stay_closed() {
             for voxel_size in [0.5, 0.1, 0.15] {
                 let subject = Subject::new(geometry.clone(), noise(16), 0.05);
                 let (made, _) = run(&gpu, make(&gpu).unwrap().as_mut(), &subject, voxel_size);
-                // The ball's source has triangles without area at its poles, which `phong` may leave alone.
-                let dropped = what == "ball" && *name == "phong";
-                let open = if dropped { 0 } else { made.open_edges() };
-                assert_eq!(open, 0, "{name} of a {what} with voxels of {voxel_size}");
+                assert_eq!(made.open_edges(), 0, "{name} of a {what} with voxels of {voxel_size}");
                 made.check_frames(&format!("{name} of a {what}"));
             }
         }

@@ -86,7 +86,7 @@ impl Converger {
         let Some(lights) = world.lights(self.search) else {
             unreachable!("they stand with the structure");
         };
-        let of_paths = Searched { resources: &of_paths, worst_case, lights };
+        let of_paths = Searched { resources: &of_paths, worst_case, lights, cache: None };
         let resources = Resources { of_camera: &of_camera, of_paths };
         self.paths.record(recorder, uniform, world.scene, &resources, settings, band.start, samples);
     }

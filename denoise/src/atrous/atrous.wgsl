@@ -1,5 +1,5 @@
 // One level of the wavelet, both lobes at once. Formula and units: mod.rs beside this file.
-// 25 taps a pixel, 240 loop iterations per 8 lanes at most.
+// 25 taps a pixel at most, 240 loop iterations per 8 lanes at most.
 
 struct AtrousParams {
     // Pixels from the centre to the first and the second tap along x and y.
@@ -17,7 +17,13 @@ struct AtrousParams {
     roughness_fraction: f32,
     // Trace rows per pixel along a row.
     rows_per_column: f32,
+    // Of the outermost tap: 1 or 2.
+    reach: i32,
+    // Of the centre, the first and the second tap along an axis.
+    kernel: vec3f,
 }
+
+override has_specular: bool = true;
 
 @group(0) @binding(1) var<uniform> params: AtrousParams;
 @group(2) @binding(0) var in_edge: texture_2d<u32>;
@@ -25,8 +31,6 @@ struct AtrousParams {
 @group(2) @binding(2) var in_specular: texture_2d<f32>;
 @group(3) @binding(0) var out_diffuse: texture_storage_2d<rgba16float, write>;
 @group(3) @binding(1) var out_specular: texture_storage_2d<rgba16float, write>;
-
-const ATROUS_KERNEL = array<f32, 3>(0.375, 0.25, 0.0625);
 
 // Minus the logarithm of a Gaussian weight.
 fn atrous_fall(x: f32, sigma: f32) -> f32 {
@@ -55,17 +59,20 @@ fn atrous_level(@builtin(global_invocation_id) id: vec3u) {
     }
     let centre = textureLoad(in_edge, p, 0);
     let takes_diffuse = (centre.w & EDGE_DIFFUSE_TAKES) != 0u;
-    let takes_specular = (centre.w & EDGE_SPECULAR_TAKES) != 0u;
+    let takes_specular = has_specular && (centre.w & EDGE_SPECULAR_TAKES) != 0u;
     let diffuse_gives = (centre.w & EDGE_DIFFUSE_GIVES) != 0u;
     let specular_gives = (centre.w & EDGE_SPECULAR_GIVES) != 0u;
     let diffuse_before = light_mended(in_diffuse, p);
-    let specular_before = light_mended(in_specular, p);
+    var specular_before = vec4f(0.0);
+    if (has_specular) {
+        specular_before = light_mended(in_specular, p);
+    }
     let position = edge_position(centre, p, size);
     let normal = edge_normal(centre);
     let face_normal = edge_face_normal(centre);
     let footprint = edge_footprint(centre, size);
 
-    let reach = select(-1, 2, takes_diffuse || takes_specular);
+    let reach = select(-1, params.reach, takes_diffuse || takes_specular);
     var diffuse = light_nothing();
     var specular = diffuse;
     for (var j = -reach; j <= reach; j++) {
@@ -82,13 +89,13 @@ fn atrous_level(@builtin(global_invocation_id) id: vec3u) {
             let plane = dot(face_normal, edge_position(tap, q, size) - position) / footprint;
             let fall = atrous_fall(length(edge_normal(tap) - normal), params.sigma_normal)
                 + atrous_fall(plane, params.sigma_plane);
-            let weight = ATROUS_KERNEL[abs(i)] * ATROUS_KERNEL[abs(j)] * exp(-fall);
+            let weight = params.kernel[abs(i)] * params.kernel[abs(j)] * exp(-fall);
             if (gives_diffuse) {
                 let light = textureLoad(in_diffuse, q, 0);
                 let alike = atrous_alike(diffuse_before, light, diffuse_gives);
                 diffuse = atrous_add(diffuse, diffuse_before, light, alike, weight);
             }
-            if (gives_specular) {
+            if (has_specular && gives_specular) {
                 let light = textureLoad(in_specular, q, 0);
                 let rows = vec2f(offset) * vec2f(params.rows_per_column, 1.0);
                 let lobe = edge_lobe_weight(centre, tap, rows, size, params.lobe_spread, params.roughness_fraction);
@@ -103,8 +110,7 @@ fn atrous_level(@builtin(global_invocation_id) id: vec3u) {
     } else {
         textureStore(out_diffuse, p, diffuse_before);
     }
-    // Without a specular lobe the texture is a single texel that nobody reads.
-    if (all(p < vec2i(textureDimensions(out_specular)))) {
+    if (has_specular) {
         if (takes_specular) {
             textureStore(out_specular, p, light_mean(specular, specular_before));
         } else {

@@ -8,6 +8,7 @@
 //!
 //! ```text
 //! out = sum_q k_q mix(L_p, L_q, w_c),   k_q = h_a h_b w_q / sum_q h_a h_b w_q,   h = 1/16, 1/4, 3/8, 1/4, 1/16
+//!                                       (or 1/4, 1/2, 1/4)
 //! w   = w_n w_x                                      and w_r for the specular lobe (see `edge`)
 //! w_c = exp(-(2^i |L_q - L_p| / (sigma_color max(|L_p|, |L_q|)))^2)
 //! w_n = exp(-(|n_q - n_p| / sigma_normal)^2)         shading normals
@@ -23,7 +24,7 @@
 //! sum, so that what one pixel gives another gets and no light is lost (the source loses most of a bright sample); colours
 //! are compared relative to the brighter one, because light here has no upper end;
 //! positions by their distance from the pixel's plane, because distances between points cut walls that lie far off or
-//! aslant; taps are spaced in rows, so that footprints are square on the display ([`FrameInfo::columns_per_row`]).
+//! aslant; three taps an axis by default, which err less; taps are spaced in rows, so that footprints are square on the display ([`FrameInfo::columns_per_row`]).
 
 pub mod reference;
 mod settings;
@@ -58,8 +59,14 @@ gpu_struct! {
         pub roughness_fraction: f32,
         /// Trace rows per pixel along a row.
         pub rows_per_column: f32,
+        /// 1 or 2.
+        pub reach: i32,
         /// To 48 bytes.
-        pub _pad: [u32; 2],
+        pub _pad: u32,
+        /// Of the centre, the first and the second tap.
+        pub kernel: [f32; 3],
+        /// To 64 bytes.
+        pub _end: u32,
     }
 }
 
@@ -67,7 +74,8 @@ gpu_struct! {
 pub struct Atrous {
     settings: Settings,
     packer: EdgePacker,
-    level_kernel: Kernel,
+    /// Without and with a specular lobe.
+    level_kernels: [Kernel; 2],
     edge: Texture,
     turns: Turns,
 }
@@ -78,26 +86,28 @@ impl Atrous {
     /// # Errors
     /// A kernel was refused.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let level_kernel = lobes::kernel(
-            gpu,
-            "denoise/atrous/level",
-            "atrous_level",
-            &[include_str!("atrous.wgsl")],
-            &[
-                Bind::uniform::<Frame>(0, 0, "frame"),
-                Bind::uniform::<AtrousParams>(0, 1, "params"),
-                Bind::texture_uint(2, 0, "in_edge"),
-                Bind::texture(2, 1, "in_diffuse"),
-                Bind::texture(2, 2, "in_specular"),
-                Bind::storage_texture(3, 0, "out_diffuse", RadianceImage::FORMAT),
-                Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
-            ],
-            &[],
-        )?;
+        let level_kernel = |has_specular: bool| {
+            lobes::kernel(
+                gpu,
+                "denoise/atrous/level",
+                "atrous_level",
+                &[include_str!("atrous.wgsl")],
+                &[
+                    Bind::uniform::<Frame>(0, 0, "frame"),
+                    Bind::uniform::<AtrousParams>(0, 1, "params"),
+                    Bind::texture_uint(2, 0, "in_edge"),
+                    Bind::texture(2, 1, "in_diffuse"),
+                    Bind::texture(2, 2, "in_specular"),
+                    Bind::storage_texture(3, 0, "out_diffuse", RadianceImage::FORMAT),
+                    Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
+                ],
+                &[("has_specular", f64::from(has_specular))],
+            )
+        };
         Ok(Self {
             settings: Settings::default(),
             packer: EdgePacker::new(gpu, "denoise/atrous/edge")?,
-            level_kernel,
+            level_kernels: [level_kernel(false)?, level_kernel(true)?],
             edge: lobes::picture(gpu, Room::Radiance, "Atrous::edge", [1, 1], edge::FORMAT)?,
             turns: Turns::new(gpu, "Atrous::lobes", [1, 1], false)?,
         })
@@ -152,7 +162,7 @@ impl Denoiser for Atrous {
             let params = recorder.uniform(&self.settings.params(level as u32, frame.columns_per_row()));
             recorder.compute(
                 &format!("denoise/atrous/level{level}"),
-                &self.level_kernel,
+                &self.level_kernels[usize::from(noisy.specular.is_some())],
                 &[
                     uniform.binding(),
                     params.binding(),

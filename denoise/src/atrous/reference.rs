@@ -7,8 +7,6 @@ use frame::cpu::Image;
 use frame::info::Frame;
 use glam::{IVec2, Vec2, Vec3};
 
-const KERNEL: [f32; 3] = [0.375, 0.25, 0.0625];
-
 fn fall(x: f32, sigma: f32) -> f32 {
     let t = x / sigma.max(1e-6);
     (t * t).min(80.0)
@@ -42,7 +40,8 @@ pub fn level(params: &AtrousParams, frame: &Frame, edge: &Image<[u32; 4]>, input
             }
             let gives = centre[3] & GIVES[lobe] != 0;
             let mut sum = LightSum::default();
-            for (j, i) in (-2i32..=2).flat_map(|j| (-2i32..=2).map(move |i| (j, i))) {
+            let reach = -params.reach..=params.reach;
+            for (j, i) in reach.clone().flat_map(|j| reach.clone().map(move |i| (j, i))) {
                 let offset = offset(params, IVec2::new(i, j));
                 let q = mirrored(p + offset, size);
                 let tap = at(edge, q);
@@ -53,8 +52,9 @@ pub fn level(params: &AtrousParams, frame: &Frame, edge: &Image<[u32; 4]>, input
                 let plane = face_normal(centre).dot(away) / footprint(frame, centre, size);
                 let all = fall((normal(tap) - normal(centre)).length(), params.sigma_normal)
                     + fall(plane, params.sigma_plane);
-                let mut weight =
-                    KERNEL[i.unsigned_abs() as usize] * KERNEL[j.unsigned_abs() as usize] * (-all).exp();
+                let mut weight = params.kernel[i.unsigned_abs() as usize]
+                    * params.kernel[j.unsigned_abs() as usize]
+                    * (-all).exp();
                 if lobe == 1 {
                     let rows = offset.as_vec2() * Vec2::new(params.rows_per_column, 1.0);
                     let limits = [params.lobe_spread, params.roughness_fraction];

@@ -13,7 +13,10 @@ use glam::{Vec2, Vec3};
 use half::f16;
 
 fn run(gpu: &Gpu, shot: &Shot) -> Clean {
-    shot.denoise(gpu, &mut Atrous::new(gpu).unwrap()).0
+    let mut denoiser = Atrous::new(gpu).unwrap();
+    // The source's kernel, of which closed forms are known.
+    set_knob(&mut denoiser.knobs(), "taps", "5x5").unwrap();
+    shot.denoise(gpu, &mut denoiser).0
 }
 
 fn twin(settings: &Settings, shot: &Shot) -> Light {
@@ -37,7 +40,13 @@ fn the_gpu_does_what_the_twin_does() {
         &[("levels", "1")],
         &[],
         &[("sigma_normal", "2"), ("sigma_plane", "100"), ("lobe_spread", "10"), ("roughness_fraction", "10")],
-        &[("sigma_normal", "1"), ("sigma_plane", "50"), ("sigma_color", "0.5"), ("roughness_min", "0.5")],
+        &[
+            ("sigma_normal", "1"),
+            ("sigma_plane", "50"),
+            ("sigma_color", "0.5"),
+            ("roughness_min", "0.5"),
+            ("taps", "5x5"),
+        ],
     ];
     for (seed, variant) in (10..).zip(variants) {
         denoiser.settings = Settings::default();
@@ -100,7 +109,8 @@ fn an_impulse_spreads_as_the_spline() {
     *shot.noisy.diffuse.get_mut(16, 16).unwrap() = [2.0, 1.0, 1.0, 0.0];
     let gpu = gpu();
     let mut denoiser = Atrous::new(&gpu).unwrap();
-    denoiser.settings = Settings { levels: 1, sigma_color: 100.0, sigma_plane: 100.0, ..Settings::default() };
+    denoiser.settings =
+        Settings { levels: 1, taps: 0, sigma_color: 100.0, sigma_plane: 100.0, ..Settings::default() };
     let (clean, _) = shot.denoise(&gpu, &mut denoiser);
     let weight = |offset: i32| [0.375f32, 0.25, 0.0625, 0.0][offset.unsigned_abs().min(3) as usize];
     for (i, texel) in (0..).zip(&clean.diffuse) {
@@ -123,7 +133,7 @@ fn taps_are_square_on_the_display() {
     *shot.noisy.diffuse.get_mut(64, 64).unwrap() = [50_000.0; 4];
     let gpu = gpu();
     let mut denoiser = Atrous::new(&gpu).unwrap();
-    denoiser.settings = Settings { levels: 3, sigma_color: 100.0, ..Settings::default() };
+    denoiser.settings = Settings { levels: 3, taps: 0, sigma_color: 100.0, ..Settings::default() };
     let (clean, _) = shot.denoise(&gpu, &mut denoiser);
     let lit = |step: i32| {
         (-63..63).filter(|j| clean.diffuse[(64 * 128 + 64 + j * step) as usize][0] > f16::ZERO).count()

@@ -97,8 +97,11 @@ const TAU_NAMES: [&str; PHASES] = ["tau0", "tau1", "tau2", "tau3", "tau4"];
 const RADIUS_NAMES: [&str; PHASES] = ["k0", "k1", "k2", "k3", "k4"];
 const CUTOFF_NAMES: [&str; PHASES] = ["rho0", "rho1", "rho2", "rho3", "rho4"];
 
-const TUNED_RADIUS: [u32; PHASES] = [1, 2, 3, 4, 6];
-const TUNED_CUTOFF: [f32; PHASES] = [0.05, 0.1, 0.2, 0.3, 0.5];
+/// The tuned preset: small kernels that do not grow, cut-offs of less than half.
+const TUNED_RADIUS: [u32; PHASES] = [1, 1, 2, 3, 4];
+const TUNED_CUTOFF: [f32; PHASES] = [0.02, 0.04, 0.08, 0.12, 0.2];
+const TUNED_RADIUS_GROWTH: f32 = 0.0;
+const TUNED_CUTOFF_GROWTH: f32 = 0.02;
 
 const TAU_DOC: &str = "least overall roughness that this phase filters; higher keeps more of glossy reflections and \
      their noise. The paper gives no edges: five equal brackets, the first cut down to 0.02 so that only mirrors are \
@@ -253,6 +256,12 @@ impl Settings {
         }
         if settings.radial_cutoff == paper.radial_cutoff {
             settings.radial_cutoff = TUNED_CUTOFF;
+        }
+        if settings.radius_growth[0] == paper.radius_growth[0] {
+            settings.radius_growth[0] = TUNED_RADIUS_GROWTH;
+        }
+        if settings.cutoff_growth[0] == paper.cutoff_growth[0] {
+            settings.cutoff_growth[0] = TUNED_CUTOFF_GROWTH;
         }
         if settings.border == paper.border {
             settings.border = 1;

@@ -203,3 +203,26 @@ fn a_roughness_on_a_threshold_belongs_to_the_bracket() {
     let params = Settings::default().guide_params(true);
     assert_eq!((params.thresholds, params.last_threshold), ([6, 51, 102, 153], 204));
 }
+
+#[test]
+fn the_tuned_preset_is_narrower_and_what_was_moved_stays() {
+    let mut settings = Settings { preset: 1, ..Settings::default() };
+    let reach = |settings: &Settings| settings.effective().kernel_radius.iter().sum::<u32>();
+    assert!(reach(&settings) < reach(&Settings::default()));
+    assert_eq!(Settings::default().effective(), Settings::default());
+    settings.kernel_radius[4] = 9;
+    assert_eq!(settings.effective().kernel_radius, settings.kernel_radius);
+}
+
+#[test]
+fn mirrored_borders_keep_a_corner_s_light() {
+    let mut shot = Shot::wall([64, 48], 0.9);
+    *shot.noisy.diffuse.get_mut(0, 0).unwrap() = [1e4, 0.0, 0.0, 0.0];
+    let gpu = gpu();
+    let mut denoiser = FivePhase::new(&gpu).unwrap();
+    set_knob(&mut denoiser.knobs(), "preset", "tuned").unwrap();
+    let (clean, _) = shot.denoise(&gpu, &mut denoiser);
+    let sum: f64 = clean.diffuse.iter().map(|t| t[0].to_f64()).sum();
+    // Ten roundings to half floats, mostly averaged out.
+    assert!((sum / 1e4 - 1.0).abs() < 0.005, "{sum}");
+}

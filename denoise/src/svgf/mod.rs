@@ -154,7 +154,7 @@ impl Denoiser for Svgf {
 }
 
 /// Rounding of half floats in six passes.
-const ENERGY_BOUND: f32 = 0.005;
+pub(crate) const ENERGY_BOUND: f32 = 0.005;
 
 #[cfg(test)]
 mod tests;

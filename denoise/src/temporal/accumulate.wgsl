@@ -7,8 +7,8 @@
 @group(2) @binding(6) var in_specular_before: texture_2d<f32>;
 @group(2) @binding(7) var in_moments_before: texture_2d<f32>;
 @group(2) @binding(8) var in_frames_before: texture_2d<u32>;
-// Share of history to forget, diffuse in x, specular in y; read only where `has_haste`.
-@group(2) @binding(9) var in_haste: texture_2d<f32>;
+// Share of history to forget, bits of f32, diffuse in x, specular in y; read only where `has_haste`.
+@group(2) @binding(9) var in_haste: texture_2d<u32>;
 @group(3) @binding(2) var out_moments: texture_storage_2d<rgba32float, write>;
 @group(3) @binding(3) var out_frames: texture_storage_2d<r32uint, write>;
 
@@ -138,7 +138,7 @@ fn temporal_accumulate_frame(@builtin(global_invocation_id) id: vec3u) {
     let light_specular = light_mended(in_specular, p);
     var haste = vec2f(0.0);
     if (has_haste) {
-        haste = textureLoad(in_haste, p, 0).xy;
+        haste = bitcast<vec2f>(textureLoad(in_haste, p, 0).xy);
     }
     var diffuse = Accumulated(light_diffuse, vec2f(0.0), 0u);
     var specular = Accumulated(light_specular, vec2f(0.0), 0u);

@@ -200,7 +200,7 @@ impl Temporal {
             Bind::texture(2, 6, "in_specular_before"),
             Bind::texture(2, 7, "in_moments_before"),
             Bind::texture_uint(2, 8, "in_frames_before"),
-            Bind::texture(2, 9, "in_haste"),
+            Bind::texture_uint(2, 9, "in_haste"),
             Bind::storage_texture(3, 0, "out_diffuse", format),
             Bind::storage_texture(3, 1, "out_specular", format),
             Bind::storage_texture(3, 2, "out_moments", MOMENTS),
@@ -279,7 +279,7 @@ impl Temporal {
                 View(self.moments_before().view()),
                 View(self.frames_before().view()),
                 // Where there is none, nothing reads what stands in for it.
-                View(haste.unwrap_or(light[0]).view()),
+                View(haste.unwrap_or(self.edge()).view()),
                 View(output[0].view()),
                 View(output[1].view()),
                 View(self.moments().view()),

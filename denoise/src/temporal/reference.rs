@@ -44,32 +44,64 @@ struct Kept {
     frames: f32,
 }
 
+/// Where a pixel is expected in the last frame.
+pub struct Place {
+    texel: [u32; 4],
+    /// Relative to the last frame's eye, metres.
+    position: Vec3,
+    depth: f32,
+    size: IVec2,
+}
+
+impl Place {
+    /// The place and the motion in pixels; none where nothing is expected.
+    pub fn of(
+        params: &TemporalParams,
+        frame: &Frame,
+        edge: &Image<[u32; 4]>,
+        motion: &Image<u32>,
+        p: IVec2,
+    ) -> Option<(Self, Vec2)> {
+        let (size, texel, code) = (size_of(edge), at(edge, p), at(motion, p));
+        let motion = Vec2::from([code & 0xffff, code >> 16].map(|half| f16::from_bits(half as u16).to_f32()));
+        let seen = position(frame, texel, p, size) + Vec3::from(params.eye_offset);
+        let depth = Vec3::from(params.previous_forward).dot(seen);
+        let point = p.as_vec2() + 0.5 + Vec2::from(frame.jitter) - motion;
+        let position = depth * previous_ray(params, point, size);
+        (motion.is_finite() && depth > 0.0).then_some((Self { texel, position, depth, size }, motion))
+    }
+
+    /// Whether the last frame's pixel shows the same surface.
+    pub fn is_same(
+        &self,
+        params: &TemporalParams,
+        frame: &Frame,
+        before: &Image<[u32; 4]>,
+        q: IVec2,
+    ) -> bool {
+        let Some(tap) = before.get(q.x, q.y) else { return false };
+        let depth = f32::from_bits(tap[0]);
+        let point = q.as_vec2() + 0.5 + Vec2::from(frame.previous_jitter);
+        let position = depth * previous_ray(params, point, self.size);
+        let plane = face_normal(self.texel).dot(position - self.position).abs();
+        depth > 0.0
+            && (tap[3] ^ self.texel[3]) & OBJECT_MASK == 0
+            && plane <= params.plane_tolerance * self.depth
+            && normal(tap).dot(normal(self.texel)) >= params.normal_min
+    }
+}
+
 /// One pixel that looks for itself in the last frame.
 struct Search<'a> {
     params: &'a TemporalParams,
     frame: &'a Frame,
     before: &'a History,
-    size: IVec2,
-    texel: [u32; 4],
-    position: Vec3,
-    depth: f32,
+    place: Place,
 }
 
 impl Search<'_> {
     fn tap(&self, kept: &mut [Kept; 2], q: IVec2, weight: f32) {
-        let Some(tap) = self.before.edge.get(q.x, q.y) else { return };
-        if weight <= 0.0 {
-            return;
-        }
-        let depth = f32::from_bits(tap[0]);
-        let point = q.as_vec2() + 0.5 + Vec2::from(self.frame.previous_jitter);
-        let position = depth * previous_ray(self.params, point, self.size);
-        let plane = face_normal(self.texel).dot(position - self.position).abs();
-        let is_same = depth > 0.0
-            && (tap[3] ^ self.texel[3]) & OBJECT_MASK == 0
-            && plane <= self.params.plane_tolerance * self.depth
-            && normal(tap).dot(normal(self.texel)) >= self.params.normal_min;
-        if !is_same {
+        if weight <= 0.0 || !self.place.is_same(self.params, self.frame, &self.before.edge, q) {
             return;
         }
         for (kept, lobe) in kept.iter_mut().zip(&self.before.lobes) {
@@ -152,25 +184,16 @@ pub fn accumulate_frame(
     before: &History,
     haste: Option<&Image<[f32; 2]>>,
 ) -> [Lobe; 2] {
-    let size = size_of(edge);
     let pixel = |p: IVec2, lobe: usize| {
         let texel = at(edge, p);
         let light = noisy.lobe(lobe).map_or([0.0; 4], |light| mended(light, p));
         if texel[3] & TAKES[lobe] == 0 {
             return (light, [0.0; 2], 0);
         }
-        let code = at(motion, p);
-        let [x, y] = [code & 0xffff, code >> 16].map(|half| f16::from_bits(half as u16).to_f32());
-        let moves = x.is_finite() && y.is_finite();
-        let seen = position(frame, texel, p, size) + Vec3::from(params.eye_offset);
-        let depth = Vec3::from(params.previous_forward).dot(seen);
-        let mut kept = [Kept::default(); 2];
-        if moves && depth > 0.0 {
-            let motion = Vec2::new(x, y);
-            let point = p.as_vec2() + 0.5 + Vec2::from(frame.jitter) - motion;
-            let position = depth * previous_ray(params, point, size);
-            kept = Search { params, frame, before, size, texel, position, depth }.around(p, motion);
-        }
+        let kept = match Place::of(params, frame, edge, motion, p) {
+            Some((place, motion)) => Search { params, frame, before, place }.around(p, motion),
+            None => [Kept::default(); 2],
+        };
         let haste = haste.map_or(0.0, |haste| at(haste, p)[lobe]);
         accumulate(params, &kept[lobe], light, texel[3] & GIVES[lobe] != 0, haste)
     };

@@ -17,7 +17,7 @@ use super::at_least_one;
 use super::texels::{Encoding, Plane};
 use crate::{Bind, Buffer, Gpu, GpuError, Room};
 use glam::{Mat3, Vec2};
-use scene::{Image, Material, Wrap};
+use scene::{Aabb, Geometry, Image, Material, Wrap};
 
 /// The snippet: `height_*`.
 pub const HEIGHT_WGSL: &str = include_str!("height.inc.wgsl");
@@ -25,6 +25,8 @@ pub const HEIGHT_WGSL: &str = include_str!("height.inc.wgsl");
 pub const HEIGHTS_BIND: Bind = Bind::storage_read(1, 21, "heights");
 
 const RECORD_WORDS: usize = 12;
+/// How far a corner may move per metre of height: where three hard edges meet it is the root of 3.
+const LONGEST: f32 = 1.75;
 
 /// How a material's height map lies on its triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +44,8 @@ pub struct HeightUse {
 pub struct Heights {
     /// Records, then texels.
     pub buffer: Buffer,
+    /// Around everything that may be displaced and where it may be displaced to, m; empty where there is nothing.
+    pub bounds: Aabb,
     uses: Vec<Option<HeightUse>>,
 }
 
@@ -50,7 +54,13 @@ impl Heights {
     ///
     /// # Errors
     /// They do not fit a binding, or memory is out.
-    pub fn new(gpu: &Gpu, materials: &[Material], images: &[Image]) -> Result<Self, GpuError> {
+    pub fn new(
+        gpu: &Gpu,
+        materials: &[Material],
+        images: &[Image],
+        geometry: &Geometry,
+        bounds: Aabb,
+    ) -> Result<Self, GpuError> {
         let mut words = vec![0u32; RECORD_WORDS * materials.len()];
         let mut uses = vec![None; materials.len()];
         // First word and last mip of each picture that is there already.
@@ -91,7 +101,7 @@ impl Heights {
             });
         }
         let buffer = gpu.storage(Room::Scene, "Heights::buffer", &at_least_one(&words))?;
-        Ok(Self { buffer, uses })
+        Ok(Self { buffer, bounds: reach(materials, &uses, geometry, bounds), uses })
     }
 
     /// How a material's map lies, if it has one.
@@ -110,6 +120,37 @@ impl HeightUse {
     pub fn place(&self, uv: [Vec2; 2]) -> Vec2 {
         self.uv_transform.transform_point2(uv[self.uv_set as usize])
     }
+}
+
+/// A box around both ends of every displacement. What moves may do so anywhere in the scene's `bounds`.
+fn reach(materials: &[Material], uses: &[Option<HeightUse>], geometry: &Geometry, bounds: Aabb) -> Aabb {
+    let mut reach = Aabb::EMPTY;
+    for triangle in &geometry.triangles {
+        let material = triangle.material as usize;
+        let (Some(Some(map)), Some(height)) =
+            (uses.get(material), materials.get(material).and_then(|m| m.height))
+        else {
+            continue;
+        };
+        let uv = |list: &[Vec2], vertex: u32| list.get(vertex as usize).copied().unwrap_or_default();
+        let [a, b, c] =
+            triangle.vertices.map(|vertex| map.place([uv(&geometry.uv0, vertex), uv(&geometry.uv1, vertex)]));
+        // Coordinates at one point displace nothing.
+        if (b - a).perp_dot(c - a) == 0.0 {
+            continue;
+        }
+        let amount = LONGEST * if height.is_depth { -height.scale } else { height.scale };
+        if geometry.objects.get(triangle.object as usize).is_some_and(|object| object.moving) {
+            reach.grow(bounds.min - amount.abs());
+            reach.grow(bounds.max + amount.abs());
+        }
+        for vertex in triangle.vertices {
+            let position = geometry.positions[vertex as usize];
+            reach.grow(position);
+            reach.grow(position + amount * geometry.normals[vertex as usize]);
+        }
+    }
+    reach
 }
 
 /// Appends all mips; the first word and the number of the last.

@@ -41,7 +41,8 @@ pub use textures::{CLASSES, Place, TexturePool, Use};
 use crate::brdf::BrdfTable;
 use crate::{Bind, Buffer, Gpu, GpuError, Room, Texture, cpu};
 use glam::Vec3;
-use scene::{Aabb, Geometry, Scene, SceneNeeds};
+pub use scene::Aabb;
+use scene::{Geometry, Scene, SceneNeeds};
 use wgpu::BindingResource;
 
 /// The table.
@@ -175,7 +176,7 @@ impl GpuScene {
             mesh: GpuMesh::new(gpu, geometry)?,
             materials: gpu.storage(Room::Scene, "GpuScene::materials", &encoded)?,
             textures,
-            heights: Heights::new(gpu, &simplified, &scene.images)?,
+            heights: Heights::new(gpu, &simplified, &scene.images, geometry, scene.bounds())?,
             sky,
             brdf_table: BrdfTable::new().upload(gpu)?,
             lights: gpu.storage(Room::Scene, "GpuScene::lights", &at_least_one(&lights))?,

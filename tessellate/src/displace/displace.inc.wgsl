@@ -21,9 +21,10 @@ fn displace_places(map: HeightMap, triangle: u32) -> DisplacePlaces {
     return DisplacePlaces(a, displace_place(map, v.y) - a, displace_place(map, v.z) - a);
 }
 
-// The mip for a triangle of which each side is cut in `rows`.
+// The mip for a triangle of which each side is cut in `rows`: by the root of its sides' mean square.
 fn displace_level(map: HeightMap, places: DisplacePlaces, rows: u32) -> u32 {
     let ab = places.ab * vec2f(map.size);
     let ac = places.ac * vec2f(map.size);
-    return height_level(map, sqrt(abs(ab.x * ac.y - ab.y * ac.x)) / f32(rows));
+    let bc = ac - ab;
+    return height_level(map, sqrt((dot(ab, ab) + dot(ac, ac) + dot(bc, bc)) / 3.0) / f32(rows));
 }

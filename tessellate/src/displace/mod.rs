@@ -4,13 +4,14 @@
 //!
 //! In: triangles whose material has a height map ([`frame::scene_gpu::Heights`], m). Out: patches ([`crate::subdivide`])
 //! of edges `l = max(detail * voxel_size, pixels at that distance)`, detail 0.7 by default: finer relief falls between
-//! voxels. With p(u, v) the surface, n its interpolated normal, h(u, v) the height in the mip with two to four texels
+//! voxels. With p(u, v) the surface, n its interpolated normal, h(u, v) the height in the mip with about two texels
 //! between vertices:
 //!
 //! - **Where**: `S = p + h d`, d linear between the corners. A corner's d is `m / mean(m . n_i)` over the normals n_i of all
 //!   corners at its place, weighed by angle, m their mean: n itself where the surface is smooth, and longer at hard
 //!   edges, so that every face moves by h. Its h is the mean over those corners. On an edge h is the mean of what both
-//!   sides read, so that a seam of texture coordinates stays closed; it is 0 where a neighbour has no map.
+//!   sides read, so that a seam of texture coordinates stays closed; it is 0 where a neighbour has no map. Along hard edges,
+//!   and for the part of d that lies in a face, h is linear between the corners: relief there would fold the face over.
 //! - **Frame**: `S_u = p_u + h_u n + h n_u`, `S_v` alike; `n' = sgn(n . (p_u x p_v)) (S_u x S_v) / |..|`, which is also right where
 //!   coordinates are mirrored or sheared. p_u, p_v are those of the triangle turned onto n; h n_u is what curvature adds. The
 //!   tangent keeps its coordinates along u and v; the handedness stays.
@@ -30,7 +31,7 @@ use crate::Tessellator;
 use crate::subdivide::topology::{Kind, Source};
 use crate::subdivide::{Shape, Step, Subdivider};
 use frame::info::FrameInfo;
-use frame::scene_gpu::{self, GpuMesh, GpuScene, Heights};
+use frame::scene_gpu::{self, Aabb, GpuMesh, GpuScene, Heights};
 use frame::{Gpu, GpuError, Knob, Recorder};
 
 const SHAPE: Shape = Shape {
@@ -117,6 +118,10 @@ impl Tessellator for Displace {
                  map tells the same relief a second time",
             ),
         ]
+    }
+
+    fn bounds(&self, scene: &GpuScene) -> Aabb {
+        scene.bounds.union(scene.heights.bounds)
     }
 
     fn tessellate(

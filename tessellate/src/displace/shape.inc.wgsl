@@ -3,6 +3,12 @@
 // Steeper slopes are brought down to this one, so that no normal turns over.
 const SHAPE_STEEPEST = 8.0;
 
+// How much of a crease a point lies on, by the length of its direction: 1 where faces around it have one normal, more at
+// hard edges.
+fn shape_crease(direction: vec3f) -> f32 {
+    return smoothstep(1.02, 1.15, length(direction));
+}
+
 fn shape_height_limited(height: f32, lowest: f32, highest: f32) -> f32 {
     return clamp(height, min(lowest, 0.0), max(highest, 0.0));
 }
@@ -40,13 +46,14 @@ fn shape_edge(edge: SubdivideEdge, along: f32) -> vec3f {
             is_pinned = is_pinned || shape_is_flat(corner);
         }
     }
-    var height = mix(a.height, b.height, along);
+    let direction = a.along + along * (b.along - a.along);
+    let even = mix(a.height, b.height, along);
+    var height = even;
     if (sum.y > 0.0) {
-        height = sum.x / sum.y;
+        height = mix(sum.x / sum.y, even, shape_crease(direction));
     }
     height = select(height, 0.0, is_pinned);
     height = shape_height_limited(height, max(a.lowest, b.lowest), min(a.highest, b.highest));
-    let direction = a.along + along * (b.along - a.along);
     return a.position + along * (b.position - a.position) + params.relief * height * direction;
 }
 
@@ -59,7 +66,8 @@ fn shape_inside(triangle: u32, piece: SubdividePatch, rows: u32, weights: vec2f)
     let a = subdivide_class_load(piece.classes.x);
     let b = subdivide_class_load(piece.classes.y);
     let c = subdivide_class_load(piece.classes.z);
-    var height = a.height + weights.x * (b.height - a.height) + weights.y * (c.height - a.height);
+    let even = a.height + weights.x * (b.height - a.height) + weights.y * (c.height - a.height);
+    var height = even;
     if (piece.kind == SUBDIVIDE_SHAPED) {
         let map = displace_map(triangle);
         let places = displace_places(map, triangle);
@@ -71,7 +79,12 @@ fn shape_inside(triangle: u32, piece: SubdividePatch, rows: u32, weights: vec2f)
         max(a.lowest, max(b.lowest, c.lowest)),
         min(a.highest, min(b.highest, c.highest)),
     );
-    return position + params.relief * height * mesh_interpolate(a.along, b.along, c.along, weights);
+    // Out of the face by the height; within it, as hard edges ask for, evenly, so that nothing folds over.
+    let sum = mesh_interpolate(mesh_normal(v.x), mesh_normal(v.y), mesh_normal(v.z), weights);
+    let n = sum / max(length(sum), 1e-6);
+    let direction = mesh_interpolate(a.along, b.along, c.along, weights);
+    let out = dot(direction, n) * n;
+    return position + params.relief * (height * out + even * (direction - out));
 }
 
 struct ShapeFrame {
@@ -103,7 +116,7 @@ fn shape_frame(triangle: u32, piece: SubdividePatch, rows: u32, weights: vec2f) 
     let map = displace_map(triangle);
     let places = displace_places(map, triangle);
     let place = places.a + weights.x * places.ab + weights.y * places.ac;
-    let heights_here = height_with_slopes(map, displace_level(map, places, rows), place);
+    let level = displace_level(map, places, rows);
 
     // Coordinates of about 1 over the triangle: neither products nor quotients leave the range of floats.
     let unit = max(max(abs(places.ab.x), abs(places.ab.y)), max(abs(places.ac.x), abs(places.ac.y)));
@@ -128,7 +141,7 @@ fn shape_frame(triangle: u32, piece: SubdividePatch, rows: u32, weights: vec2f) 
 
     // The surface moved by the height alone; where curvature would fold it over, as if it were flat.
     let area = dot(n, cross(p_u, p_v));
-    let height = heights_here.x * params.relief;
+    let height = params.relief * height_at(map, level, place);
     var t_u = p_u + height * n_u;
     var t_v = p_v + height * n_v;
     let is_folded = dot(n, cross(t_u, t_v)) * sign(area) < 0.1 * abs(area);
@@ -136,7 +149,7 @@ fn shape_frame(triangle: u32, piece: SubdividePatch, rows: u32, weights: vec2f) 
     t_v = select(t_v, p_v, is_folded);
     // Its slope, and no steeper than allowed.
     let moved_area = dot(n, cross(t_u, t_v));
-    var slopes = heights_here.yz * unit;
+    var slopes = unit * height_slopes(map, level, place);
     let gradient = (slopes.x * cross(t_v, n) + slopes.y * cross(n, t_u)) / select(moved_area, 1.0, moved_area == 0.0);
     slopes *= min(1.0, SHAPE_STEEPEST / max(length(gradient), 1e-9));
     let s_u = t_u + slopes.x * n;

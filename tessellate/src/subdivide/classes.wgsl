@@ -3,7 +3,7 @@
 @group(2) @binding(0) var<storage, read> topology: array<u32>;
 @group(3) @binding(0) var<storage, read_write> out_classes: array<f32>;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(256)
 fn classes_join(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= params.count) {
         return;

@@ -36,27 +36,37 @@ pub(super) struct Kernels {
     classes: Kernel,
     vertices: Kernel,
     previous: Kernel,
+    stand: Kernel,
+    upright: Kernel,
     triangles: Kernel,
     reads_heights: bool,
 }
 
+const WORKGROUP: u32 = 256;
 const PARAMS: Bind = Bind::uniform::<SubdivideParams>(0, 1, "params");
 const TOPOLOGY: Bind = Bind::storage_read(2, 0, "topology");
 
 impl Kernels {
     pub(super) fn new(gpu: &Gpu, stage: &str, shape: &Shape, scene: &GpuScene) -> Result<Self, KernelError> {
         let constants = scene.mesh.layout.constants();
-        let base =
-            [info::WGSL, surface::WGSL, scene_gpu::MESH_WGSL, SCAN_WGSL, include_str!("subdivide.inc.wgsl")];
-        let kernel = |entry: &'static str, sources: &[&str], workgroup: u32, bindings: &[Bind]| {
+        let base = [
+            info::WGSL,
+            surface::WGSL,
+            scene_gpu::MESH_WGSL,
+            SCAN_WGSL,
+            include_str!("params.inc.wgsl"),
+            include_str!("subdivide.inc.wgsl"),
+        ];
+        let kernel = |entry: &'static str, sources: &[&str], bindings: &[Bind]| {
             let name = format!("{stage}/{entry}");
             Kernel::new(
                 gpu,
                 &KernelDesc {
                     name: &name,
-                    sources: &[&base[..], sources].concat(),
+                    // What stands has nothing to do with patches.
+                    sources: &[&base[..if entry == "stand" { 5 } else { 6 }], sources].concat(),
                     entry,
-                    workgroup: [workgroup, 1, 1],
+                    workgroup: [WORKGROUP, 1, 1],
                     bindings,
                     constants: &constants,
                 },
@@ -77,7 +87,6 @@ impl Kernels {
             factor: kernel(
                 "factor",
                 &[include_str!("factor.wgsl")],
-                256,
                 &[
                     Bind::uniform::<Frame>(0, 0, "frame"),
                     PARAMS,
@@ -89,7 +98,6 @@ impl Kernels {
             count: kernel(
                 "count",
                 &[include_str!("count.wgsl")],
-                256,
                 &[
                     PARAMS,
                     TOPOLOGY,
@@ -100,7 +108,6 @@ impl Kernels {
             classes: kernel(
                 "classes_join",
                 &[shape.shared, &[shape.class, include_str!("classes.wgsl")]].concat(),
-                64,
                 &[
                     &[PARAMS, vertices, triangles][..],
                     heights,
@@ -111,19 +118,34 @@ impl Kernels {
             vertices: kernel(
                 "vertices",
                 &points(include_str!("vertices.wgsl")),
-                64,
                 &shaping(Bind::storage(3, 0, "out_vertices")),
             )?,
             previous: kernel(
                 "previous",
                 &points(include_str!("previous.wgsl")),
-                64,
                 &shaping(Bind::storage(3, 0, "out_previous")),
+            )?,
+            stand: kernel(
+                "stand",
+                &[include_str!("stand.wgsl")],
+                &[PARAMS, read(0, "in_vertices"), Bind::storage(3, 0, "out_previous")],
+            )?,
+            upright: kernel(
+                "upright",
+                &[include_str!("places.inc.wgsl"), include_str!("upright.wgsl")],
+                &[
+                    PARAMS,
+                    vertices,
+                    triangles,
+                    TOPOLOGY,
+                    read(2, "in_before"),
+                    read(3, "in_blocks"),
+                    Bind::storage(3, 0, "out_vertices"),
+                ],
             )?,
             triangles: kernel(
                 "triangles",
                 &[include_str!("places.inc.wgsl"), include_str!("triangles.wgsl")],
-                64,
                 &[
                     PARAMS,
                     triangles,
@@ -151,7 +173,12 @@ impl Kernels {
         let [vertices, triangles] = source.resources();
         let resources =
             [frame.binding(), params.binding(), vertices, triangles, topology.as_entire_binding()];
-        recorder.compute(&format!("{stage}/factor"), &self.factor, &resources, [edges.div_ceil(256), 1, 1]);
+        recorder.compute(
+            &format!("{stage}/factor"),
+            &self.factor,
+            &resources,
+            [edges.div_ceil(WORKGROUP), 1, 1],
+        );
     }
 
     pub(super) fn count(
@@ -166,7 +193,7 @@ impl Kernels {
         let buffers = [topology, vertices, triangles].map(|buffer| buffer.as_entire_binding());
         let [topology, vertices, triangles] = buffers;
         let resources = [params.binding(), topology, vertices, triangles];
-        let workgroups = [source.triangle_count.div_ceil(256), 1, 1];
+        let workgroups = [source.triangle_count.div_ceil(WORKGROUP), 1, 1];
         recorder.compute(&format!("{stage}/count"), &self.count, &resources, workgroups);
     }
 
@@ -194,6 +221,11 @@ impl Kernels {
     ) {
         let resources = self.shaping(params, from, &into.vertices);
         self.dispatch(recorder, stage, "vertices", &self.vertices, &resources, count);
+        let [vertices, triangles] = from.scene.mesh.resources();
+        let mut resources = vec![params.binding(), vertices, triangles];
+        let buffers = [from.topology, &from.sums.before, &from.sums.blocks, &into.vertices];
+        resources.extend(buffers.map(|buffer| buffer.as_entire_binding()));
+        self.dispatch(recorder, stage, "upright", &self.upright, &resources, count);
     }
 
     pub(super) fn previous(
@@ -207,6 +239,19 @@ impl Kernels {
     ) {
         let resources = self.shaping(params, from, &into.previous);
         self.dispatch(recorder, stage, "previous", &self.previous, &resources, count);
+    }
+
+    pub(super) fn stand(
+        &self,
+        recorder: &mut Recorder<'_>,
+        stage: &str,
+        params: &Uniform,
+        mesh: &GpuMesh,
+        count: u32,
+    ) {
+        let [vertices, previous] = [&mesh.vertices, &mesh.previous].map(|b| b.as_entire_binding());
+        let resources = [params.binding(), vertices, previous];
+        self.dispatch(recorder, stage, "stand", &self.stand, &resources, count);
     }
 
     pub(super) fn triangles(
@@ -267,7 +312,12 @@ impl Kernels {
         count: u32,
     ) {
         if count > 0 {
-            recorder.compute(&format!("{stage}/{pass}"), kernel, resources, [count.div_ceil(64), 1, 1]);
+            recorder.compute(
+                &format!("{stage}/{pass}"),
+                kernel,
+                resources,
+                [count.div_ceil(WORKGROUP), 1, 1],
+            );
         }
     }
 }

@@ -350,7 +350,7 @@ impl Subdivider {
                 kernels.classes(recorder, self.stage, &of_classes, &then, class_count);
                 kernels.previous(recorder, self.stage, &of_vertices, &then, &patches.mesh, vertex_count);
             }
-            None => kernels.previous(recorder, self.stage, &of_vertices, &now, &patches.mesh, vertex_count),
+            None => kernels.stand(recorder, self.stage, &of_vertices, &patches.mesh, vertex_count),
         }
         if let Some(before) = &patches.before {
             recorder.copy_buffer(&source.vertices, before, source.vertices.bytes());

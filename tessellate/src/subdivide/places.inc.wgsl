@@ -4,11 +4,11 @@
 fn places_owner(element: u32) -> u32 {
     var low = 0u;
     var high = params.triangle_count;
-    for (var i = 0u; i < 24u; i += 1u) {
+    for (var i = 0u; i < 24u && high - low > 1u; i += 1u) {
         let middle = (low + high) / 2u;
-        let is_after = middle == low || places_before(middle) > element;
+        let is_after = places_before(middle) > element;
         low = select(middle, low, is_after);
-        high = select(high, middle, is_after && middle != low);
+        high = select(high, middle, is_after);
     }
     return low;
 }

@@ -10,7 +10,7 @@ fn places_before(triangle: u32) -> u32 {
     return in_before[triangle] + in_blocks[triangle / SCAN_BLOCK];
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(256)
 fn previous(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= params.count) {
         return;

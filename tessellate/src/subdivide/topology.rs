@@ -14,7 +14,7 @@
 //! object: vertices that were split for texture coordinates or hard edges meet again, and what merely touches while moving
 //! does not. Classes and edges are numbered in the order of triangles, so that those of static ones come first.
 //!
-//! A triangle of which two corners fall together is dropped if it is shaped; its neighbours then are neighbours.
+//! A triangle of which two corners fall together is dropped if any of its neighbours is shaped; those are neighbours then.
 
 use frame::scene_gpu::VertexLayout;
 use glam::{Vec2, Vec3};
@@ -120,6 +120,10 @@ impl Topology {
         }
         for t in (0..count).filter(|&t| kinds[t].0 == Kind::Flat) {
             let classes = corners(source, t).map(|corner| welded.find(source, t, corner));
+            if (0..3).any(|k| classes[k].is_some() && classes[k] == classes[(k + 1) % 3]) {
+                records[t][6] = DROPPED;
+                continue;
+            }
             for k in 0..3 {
                 if let Some(class) = classes[k] {
                     records[t][3 + k] = class;

@@ -116,7 +116,7 @@ fn triangles_corners(index: u32, factors: vec3u, rows: u32) -> TrianglesCorners 
     return triangles_up(0u, 0u);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(256)
 fn triangles(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= params.count) {
         return;

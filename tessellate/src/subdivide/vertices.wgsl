@@ -16,7 +16,7 @@ fn vertices_put2(at: u32, value: vec2f) {
     out_vertices[at + 1u] = words.y;
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(256)
 fn vertices(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= params.count) {
         return;

@@ -13,6 +13,8 @@ struct Hit {
     // Of the voxel's face that the ray entered through, towards the ray.
     entry: vec3f,
     cell: vec3i,
+    // Its record's number, which is that of what is kept for it.
+    record: u32,
     // Names the surface, for a ray that leaves it: normal code, and bits of normal . cell.
     own: vec2u,
     // It is the surface that the ray leaves or has just passed.
@@ -60,6 +62,7 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
         entry[met.axis] = select(1.0, -1.0, direction[met.axis] > 0.0);
         hit.entry = entry;
         hit.cell = met.cell;
+        hit.record = met.record;
         hit.own = vec2u(record.x & 0xffffffu, bitcast<u32>(dot(normal, vec3f(met.cell))));
         hit.again = hit_is_own(own, normal, met.cell);
     }
