@@ -193,8 +193,8 @@ impl Rest {
         grid.bricks_at - grid.table_at
     }
 
-    /// The first record of the second pool.
-    pub(super) fn first_record(&self) -> u32 {
+    /// The first record of the second pool: from here on records may be of other voxels in every frame.
+    pub fn first_moving_record(&self) -> u32 {
         self.voxel_count.next_multiple_of(RECORD_ALIGNMENT)
     }
 
@@ -211,12 +211,12 @@ impl Rest {
         let gpu = recorder.gpu();
         // A quarter to spare, unless that would be what no longer fits.
         let allowed = gpu.device.limits().max_storage_buffer_binding_size / 16;
-        let fits = allowed.saturating_sub(self.first_record().into()) / u64::from(BRICK_CELLS);
+        let fits = allowed.saturating_sub(self.first_moving_record().into()) / u64::from(BRICK_CELLS);
         let spare = (slots + slots / 4).next_multiple_of(64);
         let capacity = spare.min(u32::try_from(fits).unwrap_or(u32::MAX)).max(slots);
         let structure =
             words(gpu, "VoxelGrid::structure", self.layout.structure_words(self.brick_count + capacity))?;
-        let records = u64::from(self.first_record()) + u64::from(BRICK_CELLS) * u64::from(capacity);
+        let records = u64::from(self.first_moving_record()) + u64::from(BRICK_CELLS) * u64::from(capacity);
         let records = words(gpu, "VoxelGrid::records", 4 * records)?;
         recorder.copy_buffer(&grid.structure, &structure, 4 * self.layout.structure_words(self.brick_count));
         recorder.copy_buffer(&grid.records, &records, 16 * u64::from(self.voxel_count));
