@@ -168,7 +168,7 @@ impl Voxelizer {
     ) {
         let count = moving_slots.len() as u32;
         let slots = rest.brick_count + moving_slots.start..rest.brick_count + moving_slots.end;
-        let first_record = rest.first_record() + BRICK_CELLS * moving_slots.start;
+        let first_record = rest.first_moving_record() + BRICK_CELLS * moving_slots.start;
         let (uniform, structure) = (&grid.uniform, &grid.structure);
         revoxelizer.keys(recorder, grid, rest, scratch, slots.clone());
         let input = self.moving(scene, mesh, grid, rest);
