@@ -31,7 +31,8 @@ impl Pipeline {
         for search in searches {
             self.searches.build(&mut recorder, *search, site)?;
         }
-        recorder.finish()?;
+        let mut log = recorder.finish()?;
+        self.searches.settle(&mut log);
         visit(&self.gpu, &frame, self.searches.world(&self.world, &mesh))
     }
 

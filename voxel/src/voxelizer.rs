@@ -329,7 +329,7 @@ impl Voxelizer {
         self.structure.list(recorder, &batch, first_record, &sums, &list);
         if let Some(factors) = &build.factors {
             let range = first_record..first_record + count;
-            self.emitters.record(recorder, factors, structure, uniform, range, &list);
+            self.emitters.record(recorder, factors, &batch, range, &list);
         }
         let (workgroups, row) = rows(count);
         let params =

@@ -54,6 +54,8 @@ impl Sat {
         let edge = |i: usize| corners[(i + 1) % 3] - corners[i];
         let longest = (0..3).map(|i| edge(i).abs().max_element()).fold(0.0, f64::max);
         let boxes = (0.5 - low).min_element().min((high + 0.5).min_element());
+        // Where thin, boxes that only touch do not overlap.
+        let boxes = if is_thin && boxes == 0.0 { -f64::EPSILON } else { boxes };
         let plane = (0.5 * norm(n) - n.dot(corners[0]).abs()) / n.length();
         // What cancels in a normal is a product of edges; 2^-21 of it, as all other products.
         let cancelled = ROUNDING * longest * longest * corners[0].abs().element_sum() / n.length();

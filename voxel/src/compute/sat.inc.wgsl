@@ -98,7 +98,8 @@ fn sat_overlaps(t: SatTriangle, center: vec3f, half: f32, slack: f32, is_thin: b
     let c = t.c - center;
     let low = min(a, min(b, c));
     let high = max(a, max(b, c));
-    if (any(low > vec3f(half + slack)) || any(high < vec3f(-half - slack))) {
+    // Boxes that only touch do not overlap; the conservative test's are larger.
+    if (any(low >= vec3f(half + slack)) || any(high <= vec3f(-half - slack))) {
         return false;
     }
     let n = abs(t.normal);

@@ -81,7 +81,7 @@ fn the_device_finds_the_same_winners_as_the_cpu() {
                 there.len(),
                 wrong.first()
             );
-            assert!(excused.len() * 50 <= there.len(), "{name}, {cover}: {}", excused.len());
+            assert!(excused.len() * 100 <= there.len(), "{name}, {cover}: {}", excused.len());
             if !is_thin {
                 // Whatever rounding does, no cell is missed.
                 let missed = expected.keys().filter(|cell| !there.contains_key(*cell)).count();
@@ -144,11 +144,10 @@ fn a_wall_on_a_boundary_is_one_layer_behind_its_face() {
     let wall = quad(Vec3::new(0.0, 0.0, 0.5), Vec3::X, Vec3::Y);
     let scene = upload(&gpu, &[(Material::lambert("", Vec3::ONE), wall)]);
     let built = build(&gpu, &mut voxelizer(&gpu, &scene, "thin"), &scene, UNIT, 20);
-    // 16 cells across the box, and two of border: the face at 10 looks up, its layer is 9. Edges of the wall lie on
-    // boundaries too, which the thin test gives to both sides.
+    // 16 cells across the box, and two of border: the face at 10 looks up, its layer is 9. Its edges lie on boundaries
+    // too; what only touches a cell from outside does not set it.
     assert!(built.cells().iter().all(|c| c.z == 9), "{:?}", built.cells());
-    let inner = built.cells().iter().filter(|c| (2..18).contains(&c.x) && (2..18).contains(&c.y)).count();
-    assert_eq!(inner, 256);
+    assert_eq!(built.cells().len(), 256);
 }
 
 #[test]

@@ -25,7 +25,7 @@ use crate::compute::reference::Sat;
 use crate::grid::{GRID_BINDS, GRID_WGSL, Glowing, Layout};
 use crate::raster::Axes;
 use crate::raster::reference::Columns;
-use crate::structure::rows;
+use crate::structure::{Batch, rows};
 use crate::{Cover, Grid, VoxelGrid};
 use flux::Lit;
 use frame::scene_gpu::{GpuMesh, GpuScene};
@@ -178,8 +178,7 @@ impl Emitters {
         &self,
         recorder: &mut Recorder<'_>,
         factors: &Factors,
-        structure: &Buffer,
-        uniform: &Buffer,
+        batch: &Batch<'_>,
         records: Range<u32>,
         list: &Buffer,
     ) {
@@ -188,9 +187,9 @@ impl Emitters {
         let params =
             recorder.uniform(&EmittersParams { count: factors.count, row, first_record, record_count });
         let [structure, uniform, voxels, list] =
-            [structure, uniform, &factors.voxels, list].map(|b| b.as_entire_binding());
+            [batch.structure, batch.uniform, &factors.voxels, list].map(|b| b.as_entire_binding());
         let resources = [params.binding(), structure, uniform, voxels, list];
-        recorder.compute("voxel/emitters", &self.kernel, &resources, workgroups);
+        recorder.compute(&format!("{}/emitters", batch.stage), &self.kernel, &resources, workgroups);
     }
 }
 

@@ -179,7 +179,7 @@ impl Voxelizer {
         self.structure.list(recorder, &batch, first_record, &scratch.sums, &scratch.list);
         if let Some(factors) = factors {
             let records = first_record..first_record + BRICK_CELLS * count;
-            self.emitters.record(recorder, factors, structure, uniform, records, &scratch.list);
+            self.emitters.record(recorder, factors, &batch, records, &scratch.list);
         }
         revoxelizer.size(recorder, rest, scratch, slots);
         let mut resources = vec![scratch.resolve.as_entire_binding()];
