@@ -23,7 +23,7 @@ fn a_file_without_what_is_needed_is_told_so() {
     ends(&run("--denoiser identity --depth up"), 2, "possible values: ray, z");
     ends(&run("--denoiser identity --vfov 180"), 2, "below 180");
     ends(&run("--denoiser identity --set atrous.levels=3"), 2, "no such part");
-    ends(&run("--denoiser identity --frames 2"), 1, "plain.0002.exr");
+    ends(&run("--denoiser identity --frames 2"), 1, "needs a number");
     ends(&gridlight(&format!("denoise no/such.exr --denoiser identity --out {to}")), 1, "no/such.exr");
     // Nothing is needed by what does nothing, and nothing is changed by it.
     ends(&run("--denoiser identity"), 0, "");

@@ -235,3 +235,6 @@ impl Bench {
 fn stored([r, g, b, length]: [f32; 4], scale: f32) -> [f16; 4] {
     [r * scale, g * scale, b * scale, length].map(f16::from_f32)
 }
+
+#[cfg(test)]
+mod tests;

@@ -26,6 +26,13 @@ pub struct Layers {
 }
 
 impl Layers {
+    /// Made up by a test.
+    #[cfg(test)]
+    pub(crate) fn of(size: [u32; 2], channels: &[(&str, &[f32])]) -> Self {
+        let channels = channels.iter().map(|(name, values)| ((*name).into(), values.to_vec())).collect();
+        Self { size, channels }
+    }
+
     /// Pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size

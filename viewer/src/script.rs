@@ -25,8 +25,8 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// A step that takes longer has failed.
-const PATIENCE: Duration = Duration::from_secs(300);
+/// A step has failed when nothing is heard of the worker for so long.
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// One line.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,6 +81,8 @@ pub struct Script {
     events: VecDeque<Vec<Event>>,
     /// Since when, and from which frame on, the step at the front is waited for.
     waiting: Option<(Instant, u64)>,
+    /// What was told so far, and when the last of it was.
+    heard: Option<(u64, Instant)>,
 }
 
 impl Script {
@@ -93,7 +95,12 @@ impl Script {
         let steps = lines
             .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
             .map(|(number, line)| step(line).ok_or_else(|| format!("line {}: no step: {line}", number + 1)));
-        Ok(Self { steps: steps.collect::<Result<_, _>>()?, events: VecDeque::new(), waiting: None })
+        Ok(Self {
+            steps: steps.collect::<Result<_, _>>()?,
+            events: VecDeque::new(),
+            waiting: None,
+            heard: None,
+        })
     }
 
     /// The next thing to do, given what the last frame of panels was like.
@@ -119,7 +126,11 @@ impl Script {
             Step::Ask(_) => true,
         };
         if !done {
-            let is_late = since.elapsed() > PATIENCE;
+            if self.heard.is_none_or(|(count, _)| count != shown.event_count) {
+                self.heard = Some((shown.event_count, Instant::now()));
+            }
+            let is_silent = self.heard.is_some_and(|(_, last)| last.elapsed() > PATIENCE);
+            let is_late = is_silent && since.elapsed() > PATIENCE;
             return match is_late {
                 true => {
                     Turn::Stuck(format!("{step:?}: not after {PATIENCE:?}; there is: {:?}", widgets.names()))

@@ -41,6 +41,8 @@ pub struct Shown {
     pub flip: Option<(Image<f32>, f64)>,
     /// Orders that were sent, and those whose work is done.
     pub orders: [u64; 2],
+    /// What was told so far.
+    pub event_count: u64,
     /// Frames of A so far.
     pub frame_count: u64,
     /// Raised with everything that changes a picture.
@@ -50,6 +52,7 @@ pub struct Shown {
 impl Shown {
     /// Takes an event in. One that says an order was refused puts the session back to what stands.
     pub fn take(&mut self, event: Event, session: &mut Session) {
+        self.event_count += 1;
         match event {
             Event::Progress(what, done) => self.progress = (done < 1.0).then_some((what, done)),
             Event::Adapter(name) => self.adapter = name,

@@ -75,6 +75,22 @@ pub(crate) fn soup(count: u32, size: f32) -> Vec<[Vec3; 3]> {
         .collect()
 }
 
+/// A part per triangle, each with its number as base colour: six bits per channel, in the upper bits of the code, because
+/// a code that differs in the last bit between the powers of the CPU and the device may be rounded to its neighbour.
+pub(crate) fn numbered(triangles: &[[Vec3; 3]]) -> Vec<Part> {
+    let code = |number: usize, shift: u32| {
+        frame::surface::linear_from_srgb((4 * ((number >> shift) & 63) + 1) as f32 / 255.0)
+    };
+    let color = |number: usize| Vec3::new(code(number, 0), code(number, 6), code(number, 12));
+    triangles.iter().enumerate().map(|(n, t)| (Material::lambert("", color(n)), vec![*t])).collect()
+}
+
+/// The number in a record.
+pub(crate) fn number(record: [u32; 4]) -> u32 {
+    let channel = |shift: u32| (record[1] >> (shift + 2)) & 63;
+    channel(0) | (channel(8) << 6) | (channel(16) << 12)
+}
+
 /// One material and one object per part, normals those of the faces; parts from `first_moving` on move.
 pub(crate) fn geometry(parts: &[Part], first_moving: usize) -> Geometry {
     let mut geometry = Geometry::default();

@@ -5,13 +5,14 @@
 //! allocated exactly; keys and lists are given back at the end. Where something moves, this is the way of what stands
 //! still, and [`crate::revoxelize`] adds the rest frame by frame.
 
+use crate::cover::{Finders, Found};
 use crate::emitters::{Counted, Emitters, Factors};
 use crate::grid::{BRICK_CELLS, Layout};
 use crate::raster::{Axes, Input, MOST_TRIANGLES, Raster, Rounds};
 use crate::resolve::{self, ResolveParams};
 use crate::revoxelize::{Rest, Revoxelizer};
 use crate::structure::{Batch, Structure, Sums, rows};
-use crate::{Grid, VoxelError, VoxelGrid};
+use crate::{Cover, Grid, VoxelError, VoxelGrid};
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Buffer, FrameLog, Gpu, GpuError, Kernel, Knob, Recorder, Room};
 use scene::Aabb;
@@ -23,13 +24,15 @@ const MOST_SLOTS: u32 = 65_536;
 
 /// Turns triangles into voxels.
 pub struct Voxelizer {
-    pub(crate) raster: Raster,
+    pub(crate) finders: Finders,
     pub(crate) structure: Structure,
     pub(crate) emitters: Emitters,
     pub(crate) resolve: Kernel,
     /// Made when something moves.
     pub(crate) revoxelizer: Option<Revoxelizer>,
     elevation: u32,
+    voxelizer: u32,
+    cover: u32,
     axes: u32,
     rebuild: u32,
     /// Bricks whose keys are held at a time.
@@ -44,6 +47,7 @@ struct Build<'a> {
     bricks: Buffer,
     keys: Buffer,
     rounds: Rounds,
+    found: Found,
     /// Whether the winner of each voxel is kept.
     keeps: bool,
 }
@@ -73,12 +77,14 @@ impl Voxelizer {
     /// The driver refuses a kernel.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, VoxelError> {
         Ok(Self {
-            raster: Raster::new(gpu, scene)?,
+            finders: Finders::new(gpu, scene)?,
             structure: Structure::new(gpu)?,
             emitters: Emitters::new(gpu)?,
             resolve: resolve::kernel(gpu, scene)?,
             revoxelizer: None,
             elevation: 0,
+            voxelizer: 0,
+            cover: 0,
             axes: 0,
             rebuild: 0,
             slots_per_batch: MOST_SLOTS,
@@ -95,6 +101,20 @@ impl Voxelizer {
                 "How far above a surface paths start. `normal`: (|n|_1 + |n|_inf) / 2 voxels along the face normal n, \
                  the least that clears the surface's own voxels (1 to 1.23; derived). `voxel`: one voxel, as the paper \
                  says; 1.25 % of starts then lie inside their own surface.",
+            ),
+            Knob::choice(
+                "voxelizer",
+                &mut self.voxelizer,
+                &["raster", "compute"],
+                "Who finds the cells of a triangle. `raster`: the rasterizer, as in the paper. `compute`: tests of boxes \
+                 against triangles, binned to bricks.",
+            ),
+            Knob::choice(
+                "cover",
+                &mut self.cover,
+                &["thin", "conservative"],
+                "Which cells those are, for `compute`. `thin`: enough to stop a ray. `conservative`: all that a triangle \
+                 touches, 1.8 times as many.",
             ),
             Knob::choice(
                 "axes",
@@ -118,8 +138,13 @@ impl Voxelizer {
         self.rebuild == 0 && mesh.static_triangle_count < mesh.triangle_count
     }
 
-    pub(crate) fn axes(&self) -> Axes {
-        if self.axes == 0 { Axes::All } else { Axes::Dominant }
+    pub(crate) fn cover(&self) -> Cover {
+        match (self.voxelizer, self.cover, self.axes) {
+            (0, _, 0) => Cover::Columns(Axes::All),
+            (0, _, _) => Cover::Columns(Axes::Dominant),
+            (_, 0, _) => Cover::Thin,
+            _ => Cover::Conservative,
+        }
     }
 
     /// Hands settings that need no new voxels to a grid.
@@ -197,8 +222,9 @@ impl Voxelizer {
         let uniform = gpu.buffer(Room::Voxels, "VoxelGrid::uniform", size_of::<Grid>() as u64, usage)?;
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&shared));
         let target = Raster::target(gpu, layout.longest())?;
-        let stage = "voxel/raster";
-        let axes = self.axes();
+        let stage = if self.voxelizer == 0 { "voxel/raster" } else { "voxel/compute" };
+        let cover = self.cover();
+        self.finders.prepare(gpu, scene, cover)?;
         let input = Input {
             stage,
             scene,
@@ -206,12 +232,12 @@ impl Voxelizer {
             triangles: of_mesh.clone(),
             uniform: &uniform,
             target: &target,
-            axes,
+            cover,
         };
 
         let mut recorder = Recorder::new(gpu);
         let marks = words(gpu, "Voxelizer::marks", u64::from(brick_cells))?;
-        self.raster.mark(&mut recorder, &input, &marks);
+        let found = self.finders.mark(&mut recorder, &self.structure, &input, brick_cells, &marks)?;
         let sums = Sums::new(gpu, Room::Voxels, brick_cells)?;
         self.structure.scan(&mut recorder, "voxel/structure", &marks, brick_cells, &sums);
         let brick_count = sums.total(&mut recorder)?;
@@ -220,7 +246,7 @@ impl Voxelizer {
         self.structure.levels(&mut recorder, &shared, &uniform, &marks, &sums, &structure, &bricks);
 
         let slots = brick_count.min(self.slots_per_batch);
-        let counted = Emitters::count(gpu, scene, mesh, of_mesh, &layout, axes)?;
+        let counted = Emitters::count(gpu, scene, mesh, of_mesh, &layout, cover)?;
         let build = Build {
             factors: Emitters::factors(gpu, &counted)?,
             structure,
@@ -228,6 +254,7 @@ impl Voxelizer {
             keys: words(gpu, "Voxelizer::keys", u64::from(slots) * u64::from(BRICK_CELLS))?,
             rounds: Rounds::new(gpu)?,
             keeps,
+            found,
             input,
         };
         build.rounds.count(&mut recorder);
@@ -279,7 +306,15 @@ impl Voxelizer {
         let gpu = recorder.gpu();
         recorder.clear(&build.keys);
         let structure = &build.structure;
-        self.raster.vote(recorder, &build.input, structure, slots.clone(), &build.keys, &build.rounds);
+        self.finders.vote(
+            recorder,
+            &build.input,
+            &build.found,
+            structure,
+            slots.clone(),
+            &build.keys,
+            &build.rounds,
+        );
 
         let uniform = build.input.uniform;
         let stage = "voxel/structure";
@@ -294,7 +329,7 @@ impl Voxelizer {
         self.structure.list(recorder, &batch, first_record, &sums, &list);
         if let Some(factors) = &build.factors {
             let range = first_record..first_record + count;
-            self.emitters.record(recorder, factors, structure, uniform, range, &list);
+            self.emitters.record(recorder, factors, &batch, range, &list);
         }
         let (workgroups, row) = rows(count);
         let params =

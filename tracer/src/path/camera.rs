@@ -6,7 +6,7 @@
 //! Each sample is one path per pixel through a random point of it, box filter. What its camera ray meets is kept in f32;
 //! from there on everything is as for a G-buffer: the same start, segments, lobes and modulators, so that tracers
 //! converge to what they would show without rounding, filters and the G-buffer's one ray per pixel. Rows are traced in
-//! bands, because a storage binding has 128 MiB: 240 bytes a pixel.
+//! bands, because a storage binding has 128 MiB: 224 bytes a pixel.
 
 use super::kernels::Workshop;
 use super::{

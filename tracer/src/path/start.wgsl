@@ -57,7 +57,8 @@ fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
 
     let origin = hit_start(point, face, face);
     // Where the sun is somebody else's, the first hit leaves it out.
-    let first_light = select(0u, 1u, frame.sun_elsewhere != 0u && light_at(0u).kind == LIGHT_SUN);
+    // No `&&`: it would be a branch that a uniform alone decides, for which drivers build the kernel anew each time.
+    let first_light = select(0u, 1u, (frame.sun_elsewhere != 0u) & (light_at(0u).kind == LIGHT_SUN));
     if (params.lights > first_light && !goes_through) {
         let u = noise_at(pixel, serial, 1u);
         let sample = light_sample(first_light, params.lights, point, u.xy);

@@ -21,12 +21,12 @@ pub mod flux;
 #[cfg(test)]
 mod tests;
 
-use crate::Grid;
-use crate::VoxelGrid;
+use crate::compute::reference::Sat;
 use crate::grid::{GRID_BINDS, GRID_WGSL, Glowing, Layout};
 use crate::raster::Axes;
 use crate::raster::reference::Columns;
-use crate::structure::rows;
+use crate::structure::{Batch, rows};
+use crate::{Cover, Grid, VoxelGrid};
 use flux::Lit;
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, surface};
@@ -120,13 +120,13 @@ impl Emitters {
         mesh: &GpuMesh,
         triangles: Range<u32>,
         layout: &Layout,
-        axes: Axes,
+        cover: Cover,
     ) -> Result<Vec<Counted>, GpuError> {
         if scene.emitters.is_empty() || triangles.is_empty() {
             return Ok(Vec::new());
         }
         let lines = (ALL_LINES / scene.emitters.len() as u32).clamp(LEAST_LINES, LINES);
-        Ok(counted(layout, axes, &ReadMesh::new(gpu, scene, mesh, triangles)?, lines))
+        Ok(counted(layout, cover, &ReadMesh::new(gpu, scene, mesh, triangles)?, lines))
     }
 
     /// Factors of emitters that were counted; none where nothing glows.
@@ -178,8 +178,7 @@ impl Emitters {
         &self,
         recorder: &mut Recorder<'_>,
         factors: &Factors,
-        structure: &Buffer,
-        uniform: &Buffer,
+        batch: &Batch<'_>,
         records: Range<u32>,
         list: &Buffer,
     ) {
@@ -188,9 +187,9 @@ impl Emitters {
         let params =
             recorder.uniform(&EmittersParams { count: factors.count, row, first_record, record_count });
         let [structure, uniform, voxels, list] =
-            [structure, uniform, &factors.voxels, list].map(|b| b.as_entire_binding());
+            [batch.structure, batch.uniform, &factors.voxels, list].map(|b| b.as_entire_binding());
         let resources = [params.binding(), structure, uniform, voxels, list];
-        recorder.compute("voxel/emitters", &self.kernel, &resources, workgroups);
+        recorder.compute(&format!("{}/emitters", batch.stage), &self.kernel, &resources, workgroups);
     }
 }
 
@@ -285,13 +284,13 @@ impl Counted {
 }
 
 /// Counts every emitter of a mesh.
-fn counted(layout: &Layout, axes: Axes, mesh: &ReadMesh, lines: u32) -> Vec<Counted> {
+fn counted(layout: &Layout, cover: Cover, mesh: &ReadMesh, lines: u32) -> Vec<Counted> {
     let objects: Vec<_> = mesh.objects.values().collect();
     let next = AtomicUsize::new(0);
     let work = || {
         let mut done = Vec::new();
         while let Some(triangles) = objects.get(next.fetch_add(1, Ordering::Relaxed)) {
-            done.push(count(layout, axes, mesh, triangles, lines));
+            done.push(count(layout, cover, mesh, triangles, lines));
         }
         done
     };
@@ -314,11 +313,21 @@ fn won<'a>(counted: impl IntoIterator<Item = &'a Counted>) -> Vec<[u32; 4]> {
     }
     winners
         .into_iter()
-        .map(|(cell, (_, factor))| [cell.x as u32, cell.y as u32, cell.z as u32, factor.to_bits()])
+        .map(|(cell, (_, factor))| {
+            // No bits at all would mean that nothing was counted.
+            let factor = factor.max(f32::MIN_POSITIVE).to_bits();
+            [cell.x as u32, cell.y as u32, cell.z as u32, factor]
+        })
         .collect()
 }
 
-fn count(layout: &Layout, axes: Axes, mesh: &ReadMesh, triangles: &[(u32, [u32; 3])], lines: u32) -> Counted {
+fn count(
+    layout: &Layout,
+    cover: Cover,
+    mesh: &ReadMesh,
+    triangles: &[(u32, [u32; 3])],
+    lines: u32,
+) -> Counted {
     let (mut parts, mut area, mut in_cells) = (Vec::new(), 0.0, Vec::new());
     for &(number, vertices) in triangles {
         let corners = vertices.map(|v| mesh.vertex(v));
@@ -329,7 +338,26 @@ fn count(layout: &Layout, axes: Axes, mesh: &ReadMesh, triangles: &[(u32, [u32; 
         let face = (b - a).as_dvec3().cross((c - a).as_dvec3());
         area += 0.5 * face.length();
         in_cells.push([a, b, c]);
-        let all = Columns::all(layout, corners.map(|(position, _)| position), axes);
+        let normal = |columns: &Columns, [u, v]: [i32; 2]| {
+            let weights = columns.weights(u, v);
+            let [m, n, o] = corners.map(|(_, normal)| normal);
+            let normal = (weights.x * m + weights.y * n + weights.z * o).try_normalize();
+            normal.unwrap_or(face.normalize_or_zero().as_vec3())
+        };
+        let positions = corners.map(|(position, _)| position);
+        let Cover::Columns(axes) = cover else {
+            let Some(sat) = Sat::new(layout, positions, cover == Cover::Thin) else { continue };
+            for columns in Columns::all(layout, positions, Axes::Dominant) {
+                for cell in sat.cells(layout) {
+                    let [u, v] = columns.column(cell);
+                    let (key, dominant) = (sat.key(cell, 0, number), columns.side());
+                    let vote = Some(Vote { key, normal: normal(&columns, [u, v]), dominant });
+                    parts.push(Part { cell, side: dominant, cover: columns.cover(u, v) as f32, vote });
+                }
+            }
+            continue;
+        };
+        let all = Columns::all(layout, positions, axes);
         for columns in &all {
             for [u, v] in columns.bounds(layout) {
                 let (cover, cell) = (columns.cover(u, v) as f32, columns.cell(u, v));
@@ -337,11 +365,8 @@ fn count(layout: &Layout, axes: Axes, mesh: &ReadMesh, triangles: &[(u32, [u32; 
                     continue;
                 }
                 let vote = columns.covers(u, v).then(|| {
-                    let weights = columns.weights(u, v);
-                    let [m, n, o] = corners.map(|(_, normal)| normal);
-                    let normal = (weights.x * m + weights.y * n + weights.z * o).try_normalize();
-                    let normal = normal.unwrap_or(face.normalize_or_zero().as_vec3());
-                    Vote { key: columns.key(u, v, 0, number), normal, dominant: all[0].side() }
+                    let key = columns.key(u, v, 0, number);
+                    Vote { key, normal: normal(columns, [u, v]), dominant: all[0].side() }
                 });
                 parts.push(Part { cell, side: columns.side(), cover, vote });
             }

@@ -38,7 +38,7 @@ pub mod reference;
 mod tests;
 
 use crate::grid::GRID_WGSL;
-use crate::{Grid, resolve};
+use crate::{Cover, Grid, resolve};
 use frame::scene_gpu::{GpuMesh, GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, RasterDesc, RasterKernel};
 use frame::{RasterTargets, Recorder, Room, Texture, brdf, surface};
@@ -64,7 +64,7 @@ macro_rules! shared_constants {
     ($($(#[$doc:meta])* $name:ident = $value:literal;)*) => {
         $($(#[$doc])* pub(crate) const $name: f32 = $value;)*
 
-        const CONSTANTS: &str = concat!($("const RASTER_", stringify!($name), " = ", stringify!($value), ";\n",)*);
+        pub(crate) const CONSTANTS: &str = concat!($("const RASTER_", stringify!($name), " = ", stringify!($value), ";\n",)*);
     };
 }
 
@@ -155,14 +155,15 @@ pub(crate) struct Input<'a> {
     pub triangles: Range<u32>,
     pub uniform: &'a Buffer,
     pub target: &'a Texture,
-    pub axes: Axes,
+    /// [`Cover::Columns`] for what is drawn.
+    pub cover: Cover,
 }
 
 impl Input<'_> {
     fn axis_count(&self) -> u32 {
-        match self.axes {
-            Axes::All => 3,
-            Axes::Dominant => 1,
+        match self.cover {
+            Cover::Columns(Axes::Dominant) => 1,
+            _ => 3,
         }
     }
 

@@ -23,419 +23,29 @@
 //!
 //! Moving triangles that reach outside the grid are clipped, and counted in `clipped_triangles`.
 
+mod passes;
+mod rest;
 #[cfg(test)]
 mod tests;
 
-use crate::emitters::{Counted, Emitters, Factors};
-use crate::grid::{BRICK_CELLS, GRID_WGSL, Layout};
-use crate::raster::{Input, Raster, Rounds};
-use crate::structure::{Batch, Sums, rows};
-use crate::voxelizer::words;
-use crate::{Grid, VoxelError, VoxelGrid, Voxelizer};
-use frame::scan::SCAN_WGSL;
-use frame::scene_gpu::{GpuMesh, GpuScene, MESH_BINDS, MESH_WGSL};
-use frame::{Bind, Buffer, FrameLog, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room};
-use frame::{Texture, surface};
+pub(crate) use passes::Revoxelizer;
+pub use rest::Rest;
+
+use crate::cover::Found;
+use crate::emitters::{Emitters, Factors};
+use crate::grid::BRICK_CELLS;
+use crate::raster::Input;
+use crate::structure::{Batch, Sums};
+use crate::{VoxelError, VoxelGrid, Voxelizer};
+use frame::Recorder;
+use frame::scene_gpu::{GpuMesh, GpuScene};
+use rest::{Marked, Scratch};
 use std::ops::Range;
-use std::sync::mpsc::Receiver;
-use wgpu::BufferUsages;
 
 /// Bricks whose keys, lists and records are on their way at a time: 8 MB of keys.
 const MOST_SLOTS: u32 = 4096;
 
-/// Records begin at multiples of this many: buffers are bound at multiples of 256 bytes.
-const RECORD_ALIGNMENT: u32 = 16;
-
-/// Names of the counters, in the order of `out_counters` in `revoxelize.wgsl`.
-const COUNTERS: [&str; 4] = ["dirty_bricks", COVERED_BRICKS, COVERED_VOXELS, MOVING_VOXELS];
-const COVERED_BRICKS: &str = "covered_bricks";
-const COVERED_VOXELS: &str = "covered_voxels";
-const MOVING_VOXELS: &str = "moving_voxels";
-
 const STAGE: &str = "voxel/revoxelize";
-
-frame::gpu_struct! {
-    /// See `revoxelize.wgsl`.
-    pub struct RevoxelizeParams {
-        /// Brick cells, bricks or voxels.
-        pub count: u32,
-        /// Of the second pool, or of the batch.
-        pub first_slot: u32,
-        /// Invocations per row of the dispatch.
-        pub row: u32,
-        /// Word that holds the sum of all.
-        pub total_word: u32,
-    }
-}
-
-frame::gpu_struct! {
-    /// See `clip.wgsl`.
-    pub struct ClipParams {
-        /// The first that moves.
-        pub first_triangle: u32,
-        /// Moving triangles.
-        pub count: u32,
-        /// Invocations per row of the dispatch.
-        pub row: u32,
-        /// WGSL rounds uniforms up.
-        pub _pad: u32,
-    }
-}
-
-/// The passes that only moving frames have.
-pub(crate) struct Revoxelizer {
-    slots: Kernel,
-    keys: Kernel,
-    keep: Kernel,
-    size: Kernel,
-    clip: Kernel,
-}
-
-/// What stands still, and the memory that moving frames share.
-pub struct Rest {
-    layout: Layout,
-    /// Triangles that never move.
-    static_triangles: u32,
-    moves_light: bool,
-    /// Bricks of what stands still: the first slot of the second pool.
-    brick_count: u32,
-    voxel_count: u32,
-    /// Slots that the grid's buffers have room for behind those.
-    capacity: u32,
-    /// Entries of the table.
-    home: Buffer,
-    /// The winner of each voxel.
-    keys: Buffer,
-    counted: Vec<Counted>,
-    factors: Option<Factors>,
-    target: Texture,
-    marks: Buffer,
-    sums: Sums,
-    rounds: Rounds,
-    counters: Buffer,
-    clipped: Buffer,
-    /// Bricks that something moves in, in the last frame that was recorded.
-    moving_bricks: u32,
-    scratch: Option<Scratch>,
-    marked: Option<Marked>,
-}
-
-/// The number of marked bricks, on its way.
-struct Marked {
-    staging: Buffer,
-    submission: wgpu::SubmissionIndex,
-    arrival: Receiver<Result<(), wgpu::BufferAsyncError>>,
-}
-
-impl Marked {
-    /// Copies a word, once everything submitted so far is done.
-    fn ask(gpu: &Gpu, buffer: &Buffer, word: u32) -> Result<Self, GpuError> {
-        let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-        let staging = gpu.buffer(Room::Frame, "Revoxelizer::marked", 4, usage)?;
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(buffer, 4 * u64::from(word), &staging, 0, 4);
-        let submission = gpu.queue.submit([encoder.finish()]);
-        let (sender, arrival) = std::sync::mpsc::channel();
-        staging.map_async(wgpu::MapMode::Read, .., move |result| {
-            // Nobody listens any more where a frame was given up.
-            let _ = sender.send(result);
-        });
-        Ok(Self { staging, submission, arrival })
-    }
-
-    fn wait(self, gpu: &Gpu) -> Result<u32, GpuError> {
-        let lost =
-            |message: String| GpuError::ReadBack { what: "the number of moving bricks".into(), message };
-        let wait = wgpu::PollType::Wait { submission_index: Some(self.submission), timeout: None };
-        gpu.device.poll(wait).map_err(|e| lost(e.to_string()))?;
-        self.arrival.recv().map_err(|e| lost(e.to_string()))?.map_err(|e| lost(e.to_string()))?;
-        let view = self.staging.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
-        Ok(bytemuck::pod_read_unaligned(&view[..4]))
-    }
-}
-
-/// What depends on the number of slots.
-struct Scratch {
-    /// Brick cell by slot, those of the first pool left out.
-    bricks: Buffer,
-    keys: Buffer,
-    counts: Buffer,
-    sums: Sums,
-    list: Buffer,
-    resolve: Buffer,
-    groups: Buffer,
-}
-
-impl Scratch {
-    fn new(gpu: &Gpu, first_slot: u32, capacity: u32) -> Result<Self, GpuError> {
-        let slots = capacity.min(MOST_SLOTS);
-        let cells = u64::from(slots) * u64::from(BRICK_CELLS);
-        let storage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
-        Ok(Self {
-            bricks: words(gpu, "Revoxelizer::bricks", u64::from(first_slot + capacity))?,
-            keys: words(gpu, "Revoxelizer::keys", cells)?,
-            counts: words(gpu, "Revoxelizer::counts", u64::from(slots))?,
-            sums: Sums::new(gpu, Room::Voxels, slots)?,
-            list: words(gpu, "Revoxelizer::list", 2 * cells)?,
-            resolve: gpu.buffer(Room::Voxels, "Revoxelizer::resolve", 16, storage | BufferUsages::UNIFORM)?,
-            groups: gpu.buffer(Room::Voxels, "Revoxelizer::groups", 12, storage | BufferUsages::INDIRECT)?,
-        })
-    }
-}
-
-impl Revoxelizer {
-    pub(crate) fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, KernelError> {
-        let kernel = |entry, workgroup, bindings: &[Bind]| {
-            let mut all = vec![Bind::uniform::<RevoxelizeParams>(0, 1, "params")];
-            all.extend(bindings);
-            Kernel::new(
-                gpu,
-                &KernelDesc {
-                    name: entry,
-                    sources: &[SCAN_WGSL, GRID_WGSL, include_str!("revoxelize.wgsl")],
-                    entry,
-                    workgroup: [workgroup, 1, 1],
-                    bindings: &all,
-                    constants: &[],
-                },
-            )
-        };
-        let grid = Bind::uniform::<Grid>(1, 18, "grid");
-        let home = Bind::storage_read(2, 0, "in_home");
-        let before = Bind::storage_read(2, 1, "in_before");
-        let blocks = Bind::storage_read(2, 2, "in_blocks");
-        let keys = Bind::storage_read(2, 3, "in_keys");
-        let bricks = Bind::storage_read(2, 4, "in_bricks");
-        let kept = Bind::storage_read(2, 5, "in_kept");
-        let list = Bind::storage_read(2, 6, "in_list");
-        let structure = Bind::storage(3, 0, "out_structure");
-        let out_bricks = Bind::storage(3, 1, "out_bricks");
-        let marks = Bind::storage(3, 2, "out_marks");
-        let out_keys = Bind::storage(3, 3, "out_keys");
-        let out_kept = Bind::storage(3, 4, "out_kept");
-        let counters = Bind::storage(3, 5, "out_counters");
-        let resolve = Bind::storage(3, 6, "out_resolve");
-        let groups = Bind::storage(3, 7, "out_groups");
-        let mut clip = vec![Bind::uniform::<ClipParams>(0, 1, "params")];
-        clip.extend(MESH_BINDS);
-        clip.extend([grid, Bind::storage(3, 0, "out_clipped")]);
-        Ok(Self {
-            slots: kernel(
-                "revoxelize_slots",
-                64,
-                &[grid, home, before, blocks, structure, out_bricks, marks, counters],
-            )?,
-            keys: kernel(
-                "revoxelize_keys",
-                64,
-                &[Bind::storage_read(1, 16, "grid_structure"), grid, home, bricks, kept, out_keys],
-            )?,
-            keep: kernel("revoxelize_keep", 64, &[keys, list, out_kept])?,
-            size: kernel("revoxelize_size", 1, &[blocks, counters, resolve, groups])?,
-            clip: Kernel::new(
-                gpu,
-                &KernelDesc {
-                    name: "voxel/revoxelize/clip",
-                    sources: &[surface::WGSL, MESH_WGSL, GRID_WGSL, include_str!("clip.wgsl")],
-                    entry: "clip_count",
-                    workgroup: [64, 1, 1],
-                    bindings: &clip,
-                    constants: &scene.mesh.layout.constants(),
-                },
-            )?,
-        })
-    }
-
-    /// Points the table to the slots of this frame, and to what is beneath those of the last.
-    fn slots(&self, recorder: &mut Recorder<'_>, grid: &VoxelGrid, rest: &Rest, scratch: &Scratch) {
-        recorder.clear(&rest.counters);
-        for (at, name) in (0u64..).zip(COUNTERS) {
-            recorder.counter(name, &rest.counters, 8 * at);
-        }
-        let (workgroups, row) = rows(rest.brick_cells());
-        let (count, first_slot) = (rest.brick_cells(), rest.brick_count);
-        let params = RevoxelizeParams { count, first_slot, row, total_word: 0 };
-        let Sums { before, blocks, .. } = &rest.sums;
-        let read = [&grid.uniform, &rest.home, before, blocks];
-        let written = [&grid.structure, &scratch.bricks, &rest.marks, &rest.counters];
-        Self::run(recorder, "slots", &self.slots, params, &[read, written].concat(), workgroups);
-    }
-
-    /// Fills the cells of a batch with the winners of what stands still.
-    fn keys(
-        &self,
-        recorder: &mut Recorder<'_>,
-        grid: &VoxelGrid,
-        rest: &Rest,
-        scratch: &Scratch,
-        slots: Range<u32>,
-    ) {
-        let params = RevoxelizeParams { first_slot: slots.start, ..Default::default() };
-        let buffers =
-            [&grid.structure, &grid.uniform, &rest.home, &scratch.bricks, &rest.keys, &scratch.keys];
-        Self::run(recorder, "keys", &self.keys, params, &buffers, [slots.len() as u32, 1, 1]);
-    }
-
-    /// Sizes the resolve of a batch by its voxels.
-    fn size(&self, recorder: &mut Recorder<'_>, rest: &Rest, scratch: &Scratch, slots: Range<u32>) {
-        let total_word = Sums::total_word(slots.len() as u32);
-        let params = RevoxelizeParams { first_slot: slots.start, total_word, ..Default::default() };
-        let buffers = [&scratch.sums.blocks, &rest.counters, &scratch.resolve, &scratch.groups];
-        Self::run(recorder, "size", &self.size, params, &buffers, [1, 1, 1]);
-    }
-
-    /// Counts moving triangles that reach outside the grid.
-    fn clip(&self, recorder: &mut Recorder<'_>, mesh: &GpuMesh, grid: &VoxelGrid, rest: &Rest) {
-        recorder.clear(&rest.clipped);
-        recorder.counter("clipped_triangles", &rest.clipped, 0);
-        let first_triangle = mesh.static_triangle_count;
-        let count = mesh.triangle_count - first_triangle;
-        let (workgroups, row) = rows(count);
-        let params = recorder.uniform(&ClipParams { first_triangle, count, row, _pad: 0 });
-        let mut resources = vec![params.binding()];
-        resources.extend(mesh.resources());
-        resources.extend([&grid.uniform, &rest.clipped].map(|b| b.as_entire_binding()));
-        recorder.compute(&format!("{STAGE}/clip"), &self.clip, &resources, workgroups);
-    }
-
-    fn run(
-        recorder: &mut Recorder<'_>,
-        part: &str,
-        kernel: &Kernel,
-        params: RevoxelizeParams,
-        buffers: &[&Buffer],
-        workgroups: [u32; 3],
-    ) {
-        let params = recorder.uniform(&params);
-        let mut resources = vec![params.binding()];
-        resources.extend(buffers.iter().map(|b| b.as_entire_binding()));
-        recorder.compute(&format!("{STAGE}/{part}"), kernel, &resources, workgroups);
-    }
-
-    /// Writes the winner of each voxel of a batch of what stands still.
-    pub(crate) fn keep(
-        &self,
-        recorder: &mut Recorder<'_>,
-        count: u32,
-        keys: &Buffer,
-        list: &Buffer,
-        kept: &Buffer,
-    ) {
-        let (workgroups, row) = rows(count);
-        let params = RevoxelizeParams { count, row, ..Default::default() };
-        Self::run(recorder, "keep", &self.keep, params, &[keys, list, kept], workgroups);
-    }
-}
-
-impl Rest {
-    pub(crate) fn new(
-        gpu: &Gpu,
-        scene: &GpuScene,
-        layout: &Layout,
-        mesh: &GpuMesh,
-        grid: &VoxelGrid,
-        keys: Buffer,
-        counted: Vec<Counted>,
-        factors: Option<Factors>,
-    ) -> Result<Self, GpuError> {
-        let shared = layout.uniform(0);
-        let brick_cells = shared.bricks_at - shared.table_at;
-        let home = words(gpu, "Rest::home", brick_cells.into())?;
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let at = 4 * u64::from(shared.table_at);
-        encoder.copy_buffer_to_buffer(&grid.structure, at, &home, 0, home.bytes());
-        gpu.queue.submit([encoder.finish()]);
-        Ok(Self {
-            layout: *layout,
-            static_triangles: mesh.static_triangle_count,
-            moves_light: scene.emitters.iter().any(|e| e.triangles.start >= scene.mesh.static_triangle_count),
-            brick_count: grid.brick_count,
-            voxel_count: grid.voxel_count,
-            capacity: 0,
-            home,
-            keys,
-            counted,
-            factors,
-            target: Raster::target(gpu, layout.longest())?,
-            marks: words(gpu, "Revoxelizer::marks", brick_cells.into())?,
-            sums: Sums::new(gpu, Room::Voxels, brick_cells)?,
-            rounds: Rounds::new(gpu)?,
-            counters: words(gpu, "Revoxelizer::counters", 2 * COUNTERS.len() as u64)?,
-            clipped: words(gpu, "Revoxelizer::clipped", 2)?,
-            moving_bricks: 0,
-            scratch: None,
-            marked: None,
-        })
-    }
-
-    /// Whether emitters move: then the voxels that give off light are others each frame.
-    pub fn moves_light(&self) -> bool {
-        self.moves_light
-    }
-
-    /// Takes the counts of the frame over into the grid, and from what was counted makes `voxels`, `bricks` and
-    /// `dirty_share`: the bricks that were made anew as a share of those that hold a voxel.
-    pub fn settle(&self, grid: &mut VoxelGrid, log: &mut FrameLog) {
-        let mut take = |name| log.counts.remove(name).map(|n| n as u32);
-        let moving_bricks = self.moving_bricks;
-        let (Some(covered_bricks), Some(moving_voxels), Some(covered_voxels)) =
-            (take(COVERED_BRICKS), take(MOVING_VOXELS), take(COVERED_VOXELS))
-        else {
-            return;
-        };
-        grid.brick_count = self.brick_count - covered_bricks + moving_bricks;
-        grid.voxel_count = self.voxel_count - covered_voxels + moving_voxels;
-        let dirty = log.counts.get("dirty_bricks").copied().unwrap_or(0.0);
-        let share = dirty / f64::from(grid.brick_count.max(1));
-        for (name, count) in [
-            ("voxels", f64::from(grid.voxel_count)),
-            ("bricks", f64::from(grid.brick_count)),
-            ("moving_bricks", f64::from(moving_bricks)),
-            ("moving_voxels", f64::from(moving_voxels)),
-            ("dirty_share", share),
-        ] {
-            log.counts.insert(name.into(), count);
-        }
-    }
-
-    /// Words of the table.
-    fn brick_cells(&self) -> u32 {
-        let grid = self.layout.uniform(0);
-        grid.bricks_at - grid.table_at
-    }
-
-    /// The first record of the second pool: from here on records may be other voxels' in every frame.
-    pub fn first_moving_record(&self) -> u32 {
-        self.voxel_count.next_multiple_of(RECORD_ALIGNMENT)
-    }
-
-    /// Makes room for this many slots in the grid's buffers, keeping what is there.
-    fn grow(
-        &mut self,
-        recorder: &mut Recorder<'_>,
-        grid: &mut VoxelGrid,
-        slots: u32,
-    ) -> Result<(), GpuError> {
-        if slots <= self.capacity && self.scratch.is_some() {
-            return Ok(());
-        }
-        let gpu = recorder.gpu();
-        // A quarter to spare, unless that would be what no longer fits.
-        let allowed = gpu.device.limits().max_storage_buffer_binding_size / 16;
-        let fits = allowed.saturating_sub(self.first_moving_record().into()) / u64::from(BRICK_CELLS);
-        let spare = (slots + slots / 4).next_multiple_of(64);
-        let capacity = spare.min(u32::try_from(fits).unwrap_or(u32::MAX)).max(slots);
-        let structure =
-            words(gpu, "VoxelGrid::structure", self.layout.structure_words(self.brick_count + capacity))?;
-        let records = u64::from(self.first_moving_record()) + u64::from(BRICK_CELLS) * u64::from(capacity);
-        let records = words(gpu, "VoxelGrid::records", 4 * records)?;
-        recorder.copy_buffer(&grid.structure, &structure, 4 * self.layout.structure_words(self.brick_count));
-        recorder.copy_buffer(&grid.records, &records, 16 * u64::from(self.voxel_count));
-        self.scratch = Some(Scratch::new(gpu, self.brick_count, capacity)?);
-        (grid.structure, grid.records, self.capacity) = (structure, records, capacity);
-        Ok(())
-    }
-}
 
 impl Voxelizer {
     /// Whether a grid of a mesh can be made from the one of which this stands still.
@@ -458,11 +68,12 @@ impl Voxelizer {
     ) -> Result<(), VoxelError> {
         let brick_cells = rest.brick_cells();
         recorder.clear(&rest.marks);
-        self.raster.mark(recorder, &self.moving(scene, mesh, grid, rest), &rest.marks);
+        let input = self.moving(scene, mesh, grid, rest);
+        let found = self.finders.mark(recorder, &self.structure, &input, brick_cells, &rest.marks)?;
         self.structure.scan(recorder, STAGE, &rest.marks, brick_cells, &rest.sums);
         recorder.flush();
         let total = Sums::total_word(brick_cells);
-        rest.marked = Some(Marked::ask(recorder.gpu(), &rest.sums.blocks, total)?);
+        rest.marked = Some(Marked::ask(recorder.gpu(), &rest.sums.blocks, total, found)?);
         Ok(())
     }
 
@@ -485,15 +96,15 @@ impl Voxelizer {
             self.mark_moving(recorder, scene, mesh, grid, rest)?;
         }
         let gpu = recorder.gpu();
-        if let Some(marked) = rest.marked.take() {
-            rest.moving_bricks = marked.wait(gpu)?;
-        }
+        let Some(marked) = rest.marked.take() else { return Ok(()) };
+        let (moving_bricks, found) = marked.wait(gpu)?;
+        rest.moving_bricks = moving_bricks;
         rest.grow(recorder, grid, rest.moving_bricks)?;
         let moves_light = rest.moves_light;
         let merged = match moves_light {
             true => {
                 let of_mesh = mesh.static_triangle_count..mesh.triangle_count;
-                let counted = Emitters::count(gpu, scene, mesh, of_mesh, &rest.layout, self.axes())?;
+                let counted = Emitters::count(gpu, scene, mesh, of_mesh, &rest.layout, self.cover())?;
                 Emitters::factors(gpu, rest.counted.iter().chain(&counted))?
             }
             false => None,
@@ -516,6 +127,7 @@ impl Voxelizer {
                 grid,
                 rest,
                 scratch,
+                &found,
                 factors.as_ref(),
                 slots,
             );
@@ -536,8 +148,8 @@ impl Voxelizer {
         rest: &'a Rest,
     ) -> Input<'a> {
         let triangles = mesh.static_triangle_count..mesh.triangle_count;
-        let (uniform, target, axes) = (&grid.uniform, &rest.target, self.axes());
-        Input { stage: STAGE, scene, mesh, triangles, uniform, target, axes }
+        let (uniform, target, cover) = (&grid.uniform, &rest.target, self.cover());
+        Input { stage: STAGE, scene, mesh, triangles, uniform, target, cover }
     }
 
     /// Winners and records of a run of slots of the second pool.
@@ -550,6 +162,7 @@ impl Voxelizer {
         grid: &VoxelGrid,
         rest: &Rest,
         scratch: &Scratch,
+        found: &Found,
         factors: Option<&Factors>,
         moving_slots: Range<u32>,
     ) {
@@ -559,14 +172,14 @@ impl Voxelizer {
         let (uniform, structure) = (&grid.uniform, &grid.structure);
         revoxelizer.keys(recorder, grid, rest, scratch, slots.clone());
         let input = self.moving(scene, mesh, grid, rest);
-        self.raster.vote(recorder, &input, structure, slots.clone(), &scratch.keys, &rest.rounds);
+        self.finders.vote(recorder, &input, found, structure, slots.clone(), &scratch.keys, &rest.rounds);
         let batch = Batch { stage: STAGE, uniform, structure, slots: slots.clone() };
         self.structure.masks(recorder, &batch, &scratch.keys, &scratch.bricks, &scratch.counts);
         self.structure.scan(recorder, STAGE, &scratch.counts, count, &scratch.sums);
         self.structure.list(recorder, &batch, first_record, &scratch.sums, &scratch.list);
         if let Some(factors) = factors {
             let records = first_record..first_record + BRICK_CELLS * count;
-            self.emitters.record(recorder, factors, structure, uniform, records, &scratch.list);
+            self.emitters.record(recorder, factors, &batch, records, &scratch.list);
         }
         revoxelizer.size(recorder, rest, scratch, slots);
         let mut resources = vec![scratch.resolve.as_entire_binding()];

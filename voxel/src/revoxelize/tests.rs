@@ -20,8 +20,11 @@ struct Followed {
 }
 
 impl Followed {
-    fn new(gpu: &Gpu, scene: &GpuScene, bounds: Aabb, cells: u32) -> Self {
+    fn new(gpu: &Gpu, scene: &GpuScene, bounds: Aabb, cells: u32, knobs: &[(&str, &str)]) -> Self {
         let mut voxelizer = Voxelizer::new(gpu, scene).unwrap();
+        for (knob, value) in knobs {
+            frame::set_knob(&mut voxelizer.knobs(), knob, value).unwrap();
+        }
         let (grid, rest, _) = voxelizer.voxelize_rest(gpu, scene, &scene.mesh, bounds, cells).unwrap();
         Self { voxelizer, grid, rest }
     }
@@ -106,10 +109,11 @@ fn any_sequence_of_motions_gives_the_voxels_of_a_build() {
     let rest = geometry(&parts, first_moving);
     let mut now = rest.clone();
     let mut scene = upload_geometry(&gpu, &parts, &now);
-    for cells in [61, 100] {
-        let mut followed = Followed::new(&gpu, &scene, UNIT, cells);
+    let conservative = [("voxelizer", "compute"), ("cover", "conservative")];
+    for (cells, knobs) in [(61, &[][..]), (100, &[]), (70, &conservative[..1]), (50, &conservative)] {
+        let mut followed = Followed::new(&gpu, &scene, UNIT, cells, knobs);
         let mut random = Random(cells);
-        for step in 0..10 {
+        for step in 0..8 {
             for object in first_moving..parts.len() {
                 // One in four stands still, one in four is far away; the others are somewhere, partly outside.
                 let kind = random.next();
@@ -133,7 +137,7 @@ fn what_leaves_restores_what_was_behind_it_and_what_is_outside_is_counted() {
     let (parts, first_moving) = parts();
     let rest = geometry(&parts, first_moving);
     let mut scene = upload_geometry(&gpu, &parts, &rest);
-    let mut followed = Followed::new(&gpu, &scene, UNIT, 80);
+    let mut followed = Followed::new(&gpu, &scene, UNIT, 80, &[]);
     let away = |scene: &mut GpuScene, to: Vec3| {
         let mut now = rest.clone();
         for object in first_moving..parts.len() {
@@ -182,7 +186,7 @@ fn animated_files_give_the_voxels_of_a_build_at_every_moment() {
         let options = SceneOptions { texture_budget_bytes: Some(20_000_000), ..Default::default() };
         let (mut uploaded, _) = GpuScene::new(&gpu, &scene, &now, &options).unwrap();
         let bounds = scene.bounds();
-        let mut followed = Followed::new(&gpu, &uploaded, bounds, cells);
+        let mut followed = Followed::new(&gpu, &uploaded, bounds, cells, &[]);
         for step in 0..6 {
             // Out of order: what a frame shows does not depend on the frame before.
             let time = scene.duration() * ((step * 5) % 7) as f32 / 7.0;

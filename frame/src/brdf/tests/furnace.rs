@@ -39,7 +39,10 @@ fn worst(make: impl Fn(f64, f64) -> Surface, inside: bool, n: u32) -> [(f64, Str
     let mut worst = [(0.0, String::new()), (0.0, String::new())];
     for (t, b) in ROUGHNESSES.iter().flat_map(|t| ROUGHNESSES.iter().map(move |b| (*t, *b))) {
         for (cosine, turn) in COSINES.iter().flat_map(|c| [0.0, 0.07, 0.25].map(|turn| (*c, turn))) {
-            let found = furnace(&brdf, &make(t, b), direction(cosine, TAU * turn), inside, n);
+            let mean = |n| furnace(&brdf, &make(t, b), direction(cosine, TAU * turn), inside, n);
+            // What stands out is looked at again, with less noise.
+            let once = mean(n);
+            let found = if (once - 1.0).abs() > 0.004 { mean(2 * n + 1) } else { once };
             let error = (found - 1.0).abs();
             let is_odd = cosine < 0.2 && (t - b).abs() > 0.3;
             for (i, worst) in worst.iter_mut().enumerate() {
@@ -57,7 +60,7 @@ fn worst(make: impl Fn(f64, f64) -> Surface, inside: bool, n: u32) -> [(f64, Str
 fn white_metal_is_white_for_every_pair_of_roughnesses() {
     let [(error, place), _] = worst(|t, b| Surface { metalness: 1.0, ..of_roughness(t, b) }, false, 16);
     println!("white metal: {place}");
-    // The table's error between its nodes, 0.004; 4,096 strata leave 0.001.
+    // The table's error between its nodes, 0.004; 36,000 strata leave less than 0.001.
     assert!(error < 0.0055, "{place}");
 }
 

@@ -13,12 +13,15 @@
 //! a value is followed explicitly by half of its paths, at twice their weight; the other half feed it.
 //!
 //! Each side keeps two means and the spread of its samples. The fast mean has a memory of 8 samples, the slow one, which
-//! is read, of up to 64. When they are apart by more than three of the fast one's standard errors, the light has changed:
+//! is read, of up to 32. When they are apart by more than two of the fast one's standard errors, the light has changed:
 //! the slow mean becomes the fast one, and counts as four samples.
 //!
 //! Deterministic: which path feeds a side is decided by the largest of their keys, and results are stored when all have
 //! read. An entry is the voxel's record's: 40 bytes, 32 of values in half floats, rounded by chance so that small steps
 //! count, and one key per side.
+//!
+//! Where things move, a record's number may name another voxel in the next frame: its first samples then find the light
+//! changed. What stands still keeps its number.
 //!
 //! Bias: light is even over a voxel's side, and a change takes some frames; both are measured in `docs/light.md`.
 

@@ -1,10 +1,10 @@
 // What paths found for voxels' sides goes into their means. See mod.rs.
 
 const STORE_FAST = 8.0;
-const STORE_SLOW = 64.0;
+const STORE_SLOW = 32.0;
 // Samples that the slow mean counts as when it has just become the fast one.
 const STORE_RESTART = 4.0;
-const STORE_ERRORS = 3.0;
+const STORE_ERRORS = 2.0;
 
 // To a half float, up or down by chance so that the mean is exact.
 fn store_rounded(x: f32, random: u32) -> f32 {
