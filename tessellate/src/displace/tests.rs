@@ -146,7 +146,8 @@ fn mirrored_turned_and_sheared_coordinates_shade_alike() {
     let hill = |u: f32, v: f32| wave(u) + wave(v);
     let plain = Subject::new(quad(|uv| uv), picture([64, 64], hill), 0.1);
     let plain = displaced(&gpu, &plain, 0.05);
-    let others: [(&str, fn(Vec2) -> Vec2); 3] = [
+    type Placed = fn(Vec2) -> Vec2;
+    let others: [(&str, Placed); 3] = [
         ("mirrored", |uv| Vec2::new(1.0 - uv.x, uv.y)),
         ("turned", |uv| Vec2::new(uv.y, -uv.x)),
         ("twice mirrored", |uv| -uv),
