@@ -189,9 +189,7 @@ fn grid_trace(origin: vec3f, direction: vec3f, t_max: f32, skip: u32) -> GridHit
     let onward = select(vec3i(-1), vec3i(1), forward);
     var left = skip;
     var armed = skip == 0u;
-    // One more for a ray that moves along no axis: there is none, but a bound that uniforms alone decide makes drivers
-    // build the kernel anew at each dispatch.
-    let most = GRID_STEPS_PER_CELL * u32(max(grid.cells.x, max(grid.cells.y, grid.cells.z))) + u32(all(still));
+    let most = GRID_STEPS_PER_CELL * u32(max(grid.cells.x, max(grid.cells.y, grid.cells.z)));
     hit.cut = true;
     // What a hit needs is looked up after the loop: drivers that run SIMD under masks pay for it once a step otherwise.
     for (; hit.iterations < most; ) {
