@@ -69,6 +69,16 @@ pub struct Guides {
     pub motion_id: Need,
 }
 
+impl Guides {
+    /// What every filter reads that finds light of earlier frames again.
+    pub const ALL: Self = Self {
+        surface: Need::Required,
+        distance: Need::Required,
+        face_normal: Need::Required,
+        motion_id: Need::Required,
+    };
+}
+
 /// Noisy light in, clean light out.
 ///
 /// Promises, tested for every member of [`all`]: constant light stays constant; light that is not valid ([`light`]) is no

@@ -12,7 +12,7 @@
 use crate::edge;
 use crate::lobes;
 use crate::temporal::{Input, Needs, Settings, Temporal};
-use crate::{Denoiser, Guides, Need};
+use crate::{Denoiser, Guides};
 use frame::info::FrameInfo;
 use frame::{Bind, GBuffer, Gpu, GpuError, Kernel, Knob, RadianceImage, Recorder, Room, Texture, Uniform};
 use wgpu::BindingResource::TextureView as View;
@@ -102,12 +102,7 @@ impl Denoiser for Accumulate {
     }
 
     fn guides(&self) -> Guides {
-        Guides {
-            surface: Need::Required,
-            distance: Need::Required,
-            face_normal: Need::Required,
-            motion_id: Need::Required,
-        }
+        Guides::ALL
     }
 
     fn history_bytes(&self) -> u64 {

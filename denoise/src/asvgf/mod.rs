@@ -22,7 +22,7 @@ pub mod reference;
 
 use crate::svgf::{self, filter::Filter};
 use crate::temporal::{self, Input, Needs, Temporal, TemporalParams};
-use crate::{Denoiser, Guides, Need, lobes};
+use crate::{Denoiser, Guides, lobes};
 use frame::info::{Frame, FrameInfo};
 use frame::{
     Bind, GBuffer, Gpu, GpuError, Kernel, Knob, RadianceImage, Recorder, Room, Texture, Uniform, gpu_struct,
@@ -217,12 +217,7 @@ impl Denoiser for Asvgf {
     }
 
     fn guides(&self) -> Guides {
-        Guides {
-            surface: Need::Required,
-            distance: Need::Required,
-            face_normal: Need::Required,
-            motion_id: Need::Required,
-        }
+        Guides::ALL
     }
 
     fn history_bytes(&self) -> u64 {

@@ -26,7 +26,7 @@ pub use settings::Settings;
 
 use crate::lobes::{self, Turns};
 use crate::temporal::{Input, Needs, Temporal};
-use crate::{Denoiser, Guides, Need};
+use crate::{Denoiser, Guides};
 use frame::info::{Frame, FrameInfo};
 use frame::{
     Bind, GBuffer, Gpu, GpuError, Kernel, Knob, RadianceImage, Recorder, Room, Texture, Uniform, gpu_struct,
@@ -113,12 +113,7 @@ impl Denoiser for Mara {
     }
 
     fn guides(&self) -> Guides {
-        Guides {
-            surface: Need::Required,
-            distance: Need::Required,
-            face_normal: Need::Required,
-            motion_id: Need::Required,
-        }
+        Guides::ALL
     }
 
     fn history_bytes(&self) -> u64 {

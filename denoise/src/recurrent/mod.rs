@@ -32,7 +32,7 @@ pub use settings::Settings;
 
 use crate::lobes;
 use crate::temporal::{FRAMES, Input, Needs, Temporal};
-use crate::{Denoiser, Guides, Need};
+use crate::{Denoiser, Guides};
 use frame::info::{Frame, FrameInfo};
 use frame::{
     Bind, GBuffer, Gpu, GpuError, Kernel, Knob, RadianceImage, Recorder, Room, Texture, Uniform, gpu_struct,
@@ -185,12 +185,7 @@ impl Denoiser for Recurrent {
     }
 
     fn guides(&self) -> Guides {
-        Guides {
-            surface: Need::Required,
-            distance: Need::Required,
-            face_normal: Need::Required,
-            motion_id: Need::Required,
-        }
+        Guides::ALL
     }
 
     fn history_bytes(&self) -> u64 {

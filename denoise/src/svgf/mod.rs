@@ -43,7 +43,7 @@ pub use settings::Settings;
 
 use crate::lobes;
 use crate::temporal::{Input, Needs, Temporal};
-use crate::{Denoiser, Guides, Need};
+use crate::{Denoiser, Guides};
 use frame::info::FrameInfo;
 use frame::{GBuffer, Gpu, GpuError, Knob, RadianceImage, Recorder, Room, Texture, Uniform, gpu_struct};
 use wgpu::TextureFormat;
@@ -115,12 +115,7 @@ impl Denoiser for Svgf {
     }
 
     fn guides(&self) -> Guides {
-        Guides {
-            surface: Need::Required,
-            distance: Need::Required,
-            face_normal: Need::Required,
-            motion_id: Need::Required,
-        }
+        Guides::ALL
     }
 
     fn history_bytes(&self) -> u64 {
