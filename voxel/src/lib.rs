@@ -8,6 +8,7 @@ pub mod emitters;
 mod error;
 pub mod grid;
 pub mod raster;
+pub mod record;
 mod resolve;
 mod structure;
 #[cfg(test)]
@@ -18,5 +19,5 @@ mod tests;
 mod voxelizer;
 
 pub use error::VoxelError;
-pub use grid::{GRID_BINDS, GRID_WGSL, Grid, VoxelGrid};
+pub use grid::{GRID_BINDS, GRID_WGSL, Grid, TRACE_WGSL, VoxelGrid};
 pub use voxelizer::Voxelizer;

@@ -221,14 +221,18 @@ impl Voxelizer {
             let range = first_record..first_record + count;
             self.emitters.record(recorder, factors, &build.structure, uniform, range, &list);
         }
+        let bends = gpu.buffer(Room::Voxels, "Voxelizer::bends", 4 * u64::from(count.max(1)), usage)?;
+        recorder.clear(&bends);
+        self.raster.bend(recorder, &build.input, &batch, first_record, &build.keys, &bends);
         let (workgroups, row) = rows(count);
         let params =
             recorder.uniform(&ResolveParams { first_slot: slots.start, voxel_count: count, row, _pad: 0 });
         let mut resources = vec![params.binding()];
         resources.extend(build.input.mesh.resources());
         resources.extend(build.input.scene.material_resources());
-        resources
-            .extend([uniform, &build.keys, &build.bricks, &list, &records].map(|b| b.as_entire_binding()));
+        resources.extend(
+            [uniform, &build.keys, &build.bricks, &list, &bends, &records].map(|b| b.as_entire_binding()),
+        );
         recorder.compute("voxel/resolve", &self.resolve, &resources, workgroups);
         Ok((records, count))
     }

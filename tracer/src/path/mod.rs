@@ -202,7 +202,7 @@ gpu_struct! {
 pub(crate) struct Structure {
     /// Path of its passes: `trace/voxel`.
     pub(crate) pass: &'static str,
-    /// WGSL that defines `Hit`, `hit_trace`, `hit_blocked`, `hit_start`, `hit_leave`, `hit_pass`.
+    /// WGSL that defines `Hit`, `hit_trace`, `hit_blocked`, `hit_start`, `hit_starts_from`, `hit_leave`, `hit_leaves`, `hit_pass`.
     pub(crate) sources: Vec<&'static str>,
     /// What those use, group 1.
     pub(crate) binds: Vec<Bind>,

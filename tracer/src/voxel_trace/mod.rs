@@ -7,8 +7,10 @@
 //! Formulas: [`crate::path`]; what a ray meets is [`voxel::GRID_WGSL`]'s exact traversal.
 //!
 //! Departs from the paper: the elevation is h(n) of the design's 4.5 instead of one voxel, which lets 1.25 % of starts
-//! lie in the surface's own voxels (knob `voxel.elevation`). A path that leaves or passes a voxel starts at that voxel's
-//! face, and does not meet voxels that continue the same sheet: their normals and heights along the normal are the same.
+//! lie in the surface's own voxels (knob `voxel.elevation`); in a corner, where that is inside the next wall, a path
+//! starts between the surface and the viewer, where the camera ray has shown that nothing is. A path that leaves or passes
+//! a voxel starts at that voxel's face. It takes along a point of the side it is on ([`voxel::grid`], "Sides"): for a pixel
+//! that is a point towards the viewer, after a voxel the empty cell in front of it.
 
 #[cfg(test)]
 mod reference;
@@ -27,7 +29,7 @@ const HIT_WGSL: &str = include_str!("voxel_hit.inc.wgsl");
 pub(crate) fn structure() -> Structure {
     Structure {
         pass: "trace/voxel",
-        sources: vec![voxel::GRID_WGSL, HIT_WGSL],
+        sources: vec![voxel::GRID_WGSL, voxel::record::FULL_WGSL, voxel::TRACE_WGSL, HIT_WGSL],
         binds: voxel::GRID_BINDS.to_vec(),
         of_triangles: false,
     }

@@ -3,5 +3,6 @@
 
 mod closed_forms;
 mod fixture;
+mod leaks;
 mod sheets;
 mod twin;

@@ -22,11 +22,11 @@ pub mod flux;
 mod tests;
 
 use crate::Grid;
-use crate::VoxelGrid;
 use crate::grid::{GRID_BINDS, GRID_WGSL, Glowing, Layout};
 use crate::raster::Axes;
 use crate::raster::reference::Columns;
 use crate::structure::rows;
+use crate::{VoxelGrid, record};
 use flux::Lit;
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, surface};
@@ -96,7 +96,7 @@ impl Emitters {
             gpu,
             &KernelDesc {
                 name: "voxel/glowing",
-                sources: &[surface::WGSL, GRID_WGSL, include_str!("emitters.wgsl")],
+                sources: &[surface::WGSL, GRID_WGSL, record::FULL_WGSL, include_str!("glowing.wgsl")],
                 entry: "glowing",
                 workgroup: [64, 1, 1],
                 bindings: &[

@@ -105,6 +105,7 @@ impl Layout {
             groups_at,
             regions: regions.map(|n| n as i32),
             bricks_at: table_at + count(bricks),
+            ..Grid::default()
         }
     }
 }

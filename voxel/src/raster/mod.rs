@@ -23,6 +23,8 @@
 //! - **Rounds**: a fragment that finds a larger key stores its own, with plain relaxed loads and stores. Rounds repeat
 //!   until none stores anything: every round lowers each contended cell, so the end is the minimum whoever came first.
 //!   After [`MOST_ROUNDS`] one round of atomic minima finishes the rest.
+//! - **Bends**: a last draw marks cells in which triangles meet at an angle, for [`crate::grid`]: normals more than 30
+//!   degrees apart, seen from either side. What lets light through is left out.
 //! - **Holes**: where a material is masked or blended, its coverage is read at the point and the mip the voxel will
 //!   have. Less than half a step of the 4 bits that will store it is nothing.
 //!
@@ -37,6 +39,7 @@ pub mod reference;
 mod tests;
 
 use crate::grid::GRID_WGSL;
+use crate::structure::Batch;
 use crate::{Grid, resolve};
 use frame::scene_gpu::{GpuMesh, GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
 use frame::{Bind, Buffer, Gpu, GpuError, KernelError, RasterDesc, RasterKernel, RasterTargets, Recorder};
@@ -85,15 +88,20 @@ frame::gpu_struct! {
         pub atomic_round: u32,
         /// 3, or 1 for the one the normal is longest on.
         pub axes: u32,
+        /// Records before this batch.
+        pub first_record: u32,
+        /// WGSL rounds uniforms up.
+        pub _pad: [u32; 3],
     }
 }
 
 const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
-/// Both passes, each as a kernel for triangles without holes and, where the scene has any, one for those with holes.
+/// All passes, each as a kernel for triangles without holes and, where the scene has any, one for those with holes.
 pub(crate) struct Raster {
     mark: Vec<RasterKernel>,
     vote: Vec<RasterKernel>,
+    bend: Vec<RasterKernel>,
 }
 
 /// What a pass reads.
@@ -174,15 +182,18 @@ impl Raster {
         };
         let grid = Bind::uniform::<Grid>(1, 18, "grid");
         let structure = Bind::storage_read(1, 16, "grid_structure");
-        let [marks, keys, changed] = [(0, "out_marks"), (1, "out_keys"), (2, "out_changed")]
-            .map(|(at, name)| Bind::storage(3, at, name));
+        let [marks, keys, changed, bends] =
+            [(0, "out_marks"), (1, "out_keys"), (2, "out_changed"), (3, "out_bends")]
+                .map(|(at, name)| Bind::storage(3, at, name));
         let variants = || std::iter::once(false).chain(scene.needs.coverage.then_some(true));
         let mark = |holes| kernel("voxel/raster/mark", "raster_mark", &[grid, marks], holes);
         let vote =
             |holes| kernel("voxel/raster/vote", "raster_vote", &[structure, grid, keys, changed], holes);
+        let bend = |holes| kernel("voxel/raster/bend", "raster_bend", &[structure, grid, keys, bends], holes);
         Ok(Self {
             mark: variants().map(mark).collect::<Result<_, _>>()?,
             vote: variants().map(vote).collect::<Result<_, _>>()?,
+            bend: variants().map(bend).collect::<Result<_, _>>()?,
         })
     }
 
@@ -230,5 +241,21 @@ impl Raster {
         }
         round(recorder, 1);
         Ok((MOST_ROUNDS + 1, true))
+    }
+
+    /// Writes 1 for each record of a batch in whose cell surfaces meet at an angle; `bends` must be clear.
+    pub(crate) fn bend(
+        &self,
+        recorder: &mut Recorder<'_>,
+        input: &Input<'_>,
+        batch: &Batch<'_>,
+        first_record: u32,
+        keys: &Buffer,
+        bends: &Buffer,
+    ) {
+        let (first_slot, slot_count) = (batch.slots.start, batch.slots.len() as u32);
+        let params = RasterParams { first_slot, slot_count, first_record, ..Default::default() };
+        let buffers = [batch.structure, input.uniform, keys, bends];
+        input.draw(recorder, "voxel/raster/bend", &self.bend, params, &buffers);
     }
 }

@@ -8,6 +8,8 @@ struct RasterParams {
     atomic_round: u32,
     // Axes each triangle is projected along: 3, or 1 for the one its normal is longest on.
     axes: u32,
+    // Records before the batch.
+    first_record: u32,
 }
 
 // Whether this kernel draws the triangles with masks and blends, or the others: software adapters run both sides of a
@@ -171,4 +173,41 @@ fn raster_vote(in: RasterCorner) {
         atomicStore(&out_keys[at], vote);
     }
     atomicStore(&out_changed, 1u);
+}
+
+// Cosine between normals of triangles that are one surface: 30 degrees.
+const RASTER_FLAT = 0.8660254;
+
+// By record of the batch: 1 = surfaces meet in it at an angle.
+@group(3) @binding(3) var<storage, read_write> out_bends: array<atomic<u32>>;
+
+// Unit normal in the order of the corners; cells are cubes.
+fn raster_normal(triangle: u32) -> vec3f {
+    let v = mesh_triangle(triangle);
+    let a = mesh_position(v.x);
+    let n = cross((mesh_position(v.y) - a) / grid.voxel_size, (mesh_position(v.z) - a) / grid.voxel_size);
+    return n / max(length(n), 1e-30);
+}
+
+@fragment
+fn raster_bend(in: RasterCorner) {
+    let found = raster_cell(in);
+    if (!found.inside) {
+        return;
+    }
+    let entry = grid_entry(found.cell);
+    let slot = entry & GRID_SLOTS;
+    let local = slot - params.first_slot;
+    if (entry >= GRID_EMPTY || slot < params.first_slot || local >= params.slot_count) {
+        return;
+    }
+    let key = ~atomicLoad(&out_keys[GRID_BRICK_CELLS * local + grid_cell_index(found.cell)]);
+    let winner = key & 0xffffffu;
+    // What lets light through keeps its plane: a cube would be met once where glass is crossed twice.
+    if ((key >> 30u) == 2u || winner == in.triangle || abs(dot(raster_normal(winner), raster_normal(in.triangle))) > RASTER_FLAT) {
+        return;
+    }
+    if (raster_class(in.triangle, found.cell) != 3u) {
+        atomicStore(&out_bends[grid_record(found.cell) - params.first_record], 1u);
+    }
 }

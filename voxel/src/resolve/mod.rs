@@ -33,7 +33,7 @@ frame::gpu_struct! {
     }
 }
 
-/// Takes, in order: params, mesh (2), materials (11), grid, keys, bricks, list, records.
+/// Takes, in order: params, mesh (2), materials (11), grid, keys, bricks, list, bends, records.
 pub(crate) fn kernel(gpu: &Gpu, scene: &GpuScene) -> Result<Kernel, KernelError> {
     let mut bindings = vec![Bind::uniform::<ResolveParams>(0, 1, "params")];
     bindings.extend(MESH_BINDS);
@@ -43,6 +43,7 @@ pub(crate) fn kernel(gpu: &Gpu, scene: &GpuScene) -> Result<Kernel, KernelError>
         Bind::storage_read(2, 0, "in_keys"),
         Bind::storage_read(2, 1, "in_bricks"),
         Bind::storage_read(2, 2, "in_list"),
+        Bind::storage_read(2, 3, "in_bends"),
         Bind::storage(3, 0, "out_records"),
     ]);
     Kernel::new(
