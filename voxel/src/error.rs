@@ -23,6 +23,9 @@ pub enum VoxelError {
         /// High corner, m.
         max: glam::Vec3,
     },
+    /// A thin voxel does not hold all of its surface's plane.
+    #[error("voxel.contours=on needs conservative voxels, voxel.thickness is thin; leave it at auto")]
+    ThinContours,
     /// A voxel's key holds 24 bits of triangle number.
     #[error("the scene has {triangles} triangles, a voxel's key can number {most}; simplify the scene")]
     Triangles {

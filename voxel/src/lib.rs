@@ -4,6 +4,8 @@
 //! passes ([`raster`]), where they are stored (`structure`), what they look like (`resolve`), how brightly they shine
 //! ([`emitters`]). [`grid`] is the result and the walk through it, for shaders and for the CPU.
 
+#[cfg(test)]
+mod contour_tests;
 pub mod emitters;
 mod error;
 pub mod grid;

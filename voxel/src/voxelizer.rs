@@ -6,7 +6,7 @@
 
 use crate::emitters::{Emitters, Factors};
 use crate::grid::{BRICK_CELLS, Layout};
-use crate::raster::{Axes, Input, MOST_TRIANGLES, Raster};
+use crate::raster::{Axes, Bend, Input, MOST_TRIANGLES, Raster, Thickness};
 use crate::resolve::{self, ResolveParams};
 use crate::structure::{Batch, Structure, rows};
 use crate::{Grid, VoxelError, VoxelGrid};
@@ -20,18 +20,23 @@ const MOST_SLOTS: u32 = 65_536;
 
 /// Turns triangles into voxels.
 pub struct Voxelizer {
-    raster: Raster,
+    thin: Raster,
+    conservative: Option<Raster>,
     structure: Structure,
     emitters: Emitters,
     resolve: Kernel,
     elevation: u32,
     axes: u32,
+    contours: u32,
+    thickness: u32,
     /// Bricks whose keys are held at a time.
     pub(crate) slots_per_batch: u32,
 }
 
 /// What all batches share.
 struct Build<'a> {
+    raster: &'a Raster,
+    bend: Bend,
     input: Input<'a>,
     factors: Option<Factors>,
     structure: Buffer,
@@ -49,12 +54,15 @@ impl Voxelizer {
     /// The driver refuses a kernel.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, VoxelError> {
         Ok(Self {
-            raster: Raster::new(gpu, scene)?,
+            thin: Raster::new(gpu, scene, Thickness::Thin)?,
+            conservative: None,
             structure: Structure::new(gpu)?,
             emitters: Emitters::new(gpu)?,
             resolve: resolve::kernel(gpu, scene)?,
             elevation: 0,
             axes: 0,
+            contours: 0,
+            thickness: 0,
             slots_per_batch: MOST_SLOTS,
         })
     }
@@ -71,6 +79,20 @@ impl Voxelizer {
                  says; 1.25 % of starts then lie inside their own surface.",
             ),
             Knob::choice(
+                "contours",
+                &mut self.contours,
+                &["off", "on"],
+                "What a ray meets of a voxel. `off`: its cube. `on`: the plane of its surface (Laine and Karras 2010), \
+                 which needs conservative voxels; normal maps are left out.",
+            ),
+            Knob::choice(
+                "thickness",
+                &mut self.thickness,
+                &["auto", "thin", "conservative"],
+                "Which cells a triangle sets. `thin`: those that stop rays. `conservative`: all that it passes, some 1.8 \
+                 times as many. `auto`: conservative with contours, thin without.",
+            ),
+            Knob::choice(
                 "axes",
                 &mut self.axes,
                 &["all", "dominant"],
@@ -85,8 +107,20 @@ impl Voxelizer {
         gpu.queue.write_buffer(
             &grid.uniform,
             std::mem::offset_of!(Grid, elevation) as u64,
-            bytemuck::bytes_of(&self.elevation),
+            bytemuck::bytes_of(&self.elevation()),
         );
+    }
+
+    /// As shaders have it.
+    fn elevation(&self) -> u32 {
+        if self.elevation == 0 && self.thickness() == Thickness::Conservative { 2 } else { self.elevation }
+    }
+
+    fn thickness(&self) -> Thickness {
+        match (self.thickness, self.contours) {
+            (2, _) | (0, 1) => Thickness::Conservative,
+            _ => Thickness::Thin,
+        }
     }
 
     /// Voxelizes a mesh within bounds, `grid` cells on the longest axis. The log's counts are `voxels`, `bricks`,
@@ -119,17 +153,28 @@ impl Voxelizer {
             let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
             gpu.buffer(Room::Voxels, label, 4 * count, usage)
         };
-        let shared = layout.uniform(self.elevation);
+        let (thickness, contours) = (self.thickness(), self.contours == 1);
+        if contours && thickness == Thickness::Thin {
+            return Err(VoxelError::ThinContours);
+        }
+        if thickness == Thickness::Conservative && self.conservative.is_none() {
+            self.conservative = Some(Raster::new(gpu, scene, thickness)?);
+        }
+        let raster = match &self.conservative {
+            Some(conservative) if thickness == Thickness::Conservative => conservative,
+            _ => &self.thin,
+        };
+        let shared = Grid { contours: self.contours, ..layout.uniform(self.elevation()) };
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let uniform = gpu.buffer(Room::Voxels, "VoxelGrid::uniform", size_of::<Grid>() as u64, usage)?;
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&shared));
         let target = Raster::target(gpu, layout.longest())?;
         let axes = if self.axes == 0 { Axes::All } else { Axes::Dominant };
-        let input = Input { scene, mesh, uniform: &uniform, target: &target, axes };
+        let input = Input { scene, mesh, uniform: &uniform, target: &target, axes, thickness };
 
         let mut recorder = Recorder::new(gpu);
         let marks = words("Voxelizer::marks", u64::from(brick_cells))?;
-        self.raster.mark(&mut recorder, &input, &marks);
+        raster.mark(&mut recorder, &input, &marks);
         let sums = self.structure.scan(&mut recorder, &marks, brick_cells)?;
         let brick_count = sums.total(&mut recorder)?;
         let structure = words("VoxelGrid::structure", layout.structure_words(brick_count))?;
@@ -138,7 +183,10 @@ impl Voxelizer {
 
         let slots = brick_count.min(self.slots_per_batch);
         let mut build = Build {
-            factors: Emitters::factors(gpu, scene, mesh, &layout, axes)?,
+            raster,
+            bend: if contours { Bend::OF_CONTOURS } else { Bend::OF_SIDES },
+            // A plane shines as its triangle does.
+            factors: if contours { None } else { Emitters::factors(gpu, scene, mesh, &layout, axes)? },
             structure,
             bricks,
             keys: words("Voxelizer::keys", u64::from(slots) * u64::from(BRICK_CELLS))?,
@@ -176,11 +224,14 @@ impl Voxelizer {
             structure,
             records,
             uniform,
+            contours,
             voxel_count,
             brick_count,
             glowing: Vec::new(),
         };
-        if let Some(factors) = &factors {
+        if contours && !scene.emitters.is_empty() {
+            grid.glowing = Emitters::glowing_planes(gpu, &layout, &grid)?;
+        } else if let Some(factors) = &factors {
             grid.glowing = self.emitters.glowing(gpu, factors, &grid)?;
         }
         Ok((grid, log))
@@ -196,7 +247,7 @@ impl Voxelizer {
     ) -> Result<(Buffer, u32), GpuError> {
         let gpu = recorder.gpu();
         recorder.clear(&build.keys);
-        let (rounds, atomic) = self.raster.vote(
+        let (rounds, atomic) = build.raster.vote(
             recorder,
             &build.input,
             &build.structure,
@@ -223,7 +274,7 @@ impl Voxelizer {
         }
         let bends = gpu.buffer(Room::Voxels, "Voxelizer::bends", 4 * u64::from(count.max(1)), usage)?;
         recorder.clear(&bends);
-        self.raster.bend(recorder, &build.input, &batch, first_record, &build.keys, &bends);
+        build.raster.bend(recorder, &build.input, &batch, first_record, build.bend, &build.keys, &bends);
         let (workgroups, row) = rows(count);
         let params =
             recorder.uniform(&ResolveParams { first_slot: slots.start, voxel_count: count, row, _pad: 0 });

@@ -86,7 +86,7 @@ impl Structure for CpuVoxels {
         let point = self.in_grid(origin + met.hit.distance * direction);
         let (mut own, mut beyond) = (met.beside, point - 0.5 * face);
         if self.has_planes() {
-            own = point + 0.5 * face - (met.hit.distance / self.grid.grid.voxel_size).min(0.5) * direction;
+            own = point + 0.1 * face - (met.hit.distance / self.grid.grid.voxel_size).min(0.5) * direction;
         } else {
             let offset = if met.is_cube { 0.0 } else { surface.contour };
             beyond = met.hit.cell.as_vec3() + 0.5 + offset * met.normal - face;
@@ -116,14 +116,15 @@ impl Structure for CpuVoxels {
         if side.dot(wo) <= 0.0 {
             return first;
         }
-        let towards_viewer = (1..=8).map(|i| point + 0.5 * i as f32 * voxel_size * wo);
+        let towards_viewer = (1..=18u16).map(|i| point + 0.125 * f32::from(i * (i + 3)) * voxel_size * wo);
         let all: Vec<Vec3> = std::iter::once(first).chain(towards_viewer).collect();
-        all.iter().copied().find(|p| !self.is_cube(*p)).unwrap_or(all[8])
+        all.iter().copied().find(|p| !self.is_cube(*p)).unwrap_or(all[18])
     }
 
     fn starts_from(&self, point: Vec3, side: Vec3, wo: Vec3) -> [u32; 2] {
         let (viewer, sharp) = if side.dot(wo) > 0.0 { (wo, 0) } else { (side, SHARP) };
-        let [x, y] = point_pack(self.in_grid(point + self.grid.grid.voxel_size * (0.5 * side + viewer)));
+        let off = if self.has_planes() { 0.1 } else { 0.5 };
+        let [x, y] = point_pack(self.in_grid(point + self.grid.grid.voxel_size * (off * side + viewer)));
         [x, y | sharp]
     }
 

@@ -89,7 +89,7 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
         var own_point = met.beside;
         var beyond_point = center + offset * met.normal - hit.face;
         if (grid.contours != 0u) {
-            own_point = point + 0.5 * hit.face - min(0.5, met.distance / grid.voxel_size) * direction;
+            own_point = point + 0.1 * hit.face - min(0.5, met.distance / grid.voxel_size) * direction;
             beyond_point = point - 0.5 * hit.face;
         }
         let sharp = vec2u(0u, select(0u, HIT_POINT_SHARP, hit.surface.transmission > 0.0));
@@ -136,7 +136,7 @@ fn hit_emitter(emitter: vec2u, from_point: vec3f, own: vec2u, u: vec3f) -> Light
     let enter = chord.x / grid.voxel_size;
     let beside = (hit_beside(from_point, own) - grid.origin) / grid.voxel_size;
     let o = (from_point - grid.origin) / grid.voxel_size;
-    let met = grid_meet(record, cell, o, wi, enter, chord.y / grid.voxel_size - enter, beside, hit_behind(own), enter <= GRID_NEAR, enter == 0.0);
+    let met = grid_meet(record, cell, o, wi, enter, chord.y / grid.voxel_size - enter, beside, hit_behind(own), enter <= grid_near(), enter == 0.0);
     if (dot(met.normal, wi) >= 0.0 || met.t < 0.0) {
         return LightSample(wi, 0.0, vec3f(0.0), 0.0);
     }
@@ -164,8 +164,9 @@ fn hit_is_cube(point: vec3f) -> bool {
     return grid_plane(grid_record(cell)).is_cube;
 }
 
-// Steps of half a voxel towards the viewer in search of a place to start.
-const HIT_STEPS_TO_VIEWER = 8u;
+// Steps towards the viewer in search of a place to start: half a voxel, 1.25, 2.25, .. 48. At grazing angles a layer of
+// cubes is long.
+const HIT_STEPS_TO_VIEWER = 18u;
 
 // Where a path starts at a surface that was rasterised, on the side of `side`: one elevation off it, or just off it where
 // planes are. Where that is inside a cube, in a corner, it starts between there and the viewer, where nothing is.
@@ -174,7 +175,7 @@ fn hit_start(point: vec3f, face: vec3f, side: vec3f, wo: vec3f) -> vec3f {
     var start = point + height * side;
     if (dot(side, wo) > 0.0) {
         for (var i = 1u; i <= HIT_STEPS_TO_VIEWER && hit_is_cube(start); i += 1u) {
-            start = point + (0.5 * f32(i) * grid.voxel_size) * wo;
+            start = point + (0.125 * f32(i * (i + 3u)) * grid.voxel_size) * wo;
         }
     }
     return start;
@@ -182,7 +183,7 @@ fn hit_start(point: vec3f, face: vec3f, side: vec3f, wo: vec3f) -> vec3f {
 
 // What a path leaves that starts there. Between the point and the viewer nothing is.
 fn hit_starts_from(point: vec3f, side: vec3f, wo: vec3f) -> vec2u {
-    let beside = point + grid.voxel_size * (0.5 * side + select(side, wo, dot(side, wo) > 0.0));
+    let beside = point + grid.voxel_size * (select(0.5, 0.1, grid.contours != 0u) * side + select(side, wo, dot(side, wo) > 0.0));
     let sharp = vec2u(0u, select(HIT_POINT_SHARP, 0u, dot(side, wo) > 0.0));
     return hit_point_pack((beside - grid.origin) / grid.voxel_size) | sharp;
 }

@@ -22,6 +22,7 @@ pub mod flux;
 mod tests;
 
 use crate::Grid;
+use crate::grid::reference::CpuGrid;
 use crate::grid::{GRID_BINDS, GRID_WGSL, Glowing, Layout};
 use crate::raster::Axes;
 use crate::raster::reference::Columns;
@@ -29,6 +30,7 @@ use crate::structure::rows;
 use crate::{VoxelGrid, record};
 use flux::Lit;
 use frame::scene_gpu::{GpuMesh, GpuScene};
+use frame::surface::Surface;
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, surface};
 use glam::{IVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
@@ -160,6 +162,26 @@ impl Emitters {
             .map(|(cell, luminance)| Glowing { cell: *cell, luminance })
             .collect();
         // The factors come out of a hash map: in which order, differs from run to run.
+        glowing.sort_by_key(|g| g.cell);
+        Ok(glowing)
+    }
+
+    /// The voxels that give off light where planes are met and not cubes: whatever record shines, as it is. Waits for the
+    /// device.
+    pub(crate) fn glowing_planes(
+        gpu: &Gpu,
+        layout: &Layout,
+        grid: &VoxelGrid,
+    ) -> Result<Vec<Glowing>, GpuError> {
+        let structure = gpu.read_buffer(&grid.structure)?;
+        let records: Vec<[u32; 4]> = gpu.read_buffer(&grid.records)?;
+        let cpu = CpuGrid { grid: layout.uniform(0), structure, voxel_count: grid.voxel_count };
+        let glows = |cell: IVec3| {
+            let record = *records.get(cpu.record(cell)? as usize)?;
+            let luminance = frame::cpu::luminance(Surface::unpack_voxel(record).emission.to_array());
+            (luminance > 0.0).then_some(Glowing { cell: cell.to_array().map(|c| c as u32), luminance })
+        };
+        let mut glowing: Vec<Glowing> = cpu.cells().into_iter().filter_map(glows).collect();
         glowing.sort_by_key(|g| g.cell);
         Ok(glowing)
     }

@@ -8,7 +8,7 @@ struct Grid {
     voxel_size: f32,
     // Per axis.
     cells: vec3i,
-    // 0: h(n), 1: one voxel.
+    // 0: h(n) of thin voxels, 1: one voxel, 2: h(n) of conservative ones.
     elevation: u32,
     // Bricks of 8^3 cells per axis.
     bricks: vec3i,
@@ -125,9 +125,10 @@ fn grid_record(cell: vec3i) -> u32 {
 }
 
 // How far above a surface a path starts, m: the least distance along its unit face normal that is surely outside the
-// surface's own voxels, (|n|_1 + |n|_inf) / 2 voxels; the paper says one voxel.
+// surface's own voxels, (|n|_1 + |n|_inf) / 2 voxels where they are thin, |n|_1 where not; the paper says one voxel.
 fn grid_elevation(n: vec3f) -> f32 {
     let a = abs(n);
-    let height = 0.5 * (a.x + a.y + a.z + max(a.x, max(a.y, a.z)));
-    return grid.voxel_size * select(1.0, height, grid.elevation == 0u);
+    let sum = a.x + a.y + a.z;
+    let height = select(sum, 0.5 * (sum + max(a.x, max(a.y, a.z))), grid.elevation == 0u);
+    return grid.voxel_size * select(height, 1.0, grid.elevation == 1u);
 }

@@ -94,7 +94,7 @@ frame::gpu_struct! {
         pub voxel_size: f32,
         /// Cells per axis.
         pub cells: [i32; 3],
-        /// 0: paths start h(n) above their surface, 1: one voxel above.
+        /// 0: paths start h(n) of thin voxels above their surface, 1: one voxel above, 2: h(n) of conservative ones.
         pub elevation: u32,
         /// Bricks per axis.
         pub bricks: [i32; 3],
@@ -142,6 +142,8 @@ pub struct VoxelGrid {
     pub records: Buffer,
     /// [`Grid`].
     pub uniform: Buffer,
+    /// Surfaces are where the records' planes are.
+    pub contours: bool,
     /// Occupied cells.
     pub voxel_count: u32,
     /// Bricks with an occupied cell.

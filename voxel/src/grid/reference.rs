@@ -8,6 +8,7 @@ const STILL: f32 = 9.094_947e-13;
 const FAR: f32 = 1e30;
 const LONGEST: f32 = 1e12;
 const NEAR: f32 = 8.0;
+const NEAR_PLANES: f32 = 2.0;
 /// Less than this behind a surface near its start a ray that leaves an opaque surface is taken to be in front of it.
 pub const BEHIND: f32 = 0.75;
 const CRACK: f32 = 0.1;
@@ -210,6 +211,28 @@ impl CpuGrid {
         Some(self.structure[brick + BASE_WORD as usize] + prefix + rank)
     }
 
+    /// All occupied cells, brick by brick.
+    pub fn cells(&self) -> Vec<IVec3> {
+        let Grid { table_at, bricks_at, bricks, .. } = self.grid;
+        let table = &self.structure[table_at as usize..bricks_at as usize];
+        let mut cells = Vec::new();
+        for (index, entry) in (0i32..).zip(table).filter(|(_, entry)| **entry < EMPTY) {
+            let brick =
+                IVec3::new(index % bricks[0], index / bricks[0] % bricks[1], index / (bricks[0] * bricks[1]));
+            let at = (bricks_at + BRICK_WORDS * (entry & SLOTS)) as usize;
+            for (bit, word) in
+                (0i32..16).flat_map(|word| (0i32..32).map(move |bit| (32 * (word & 1) + bit, word)))
+            {
+                if (self.structure[at + word as usize] >> (bit & 31)) & 1 == 1 {
+                    let part = word / 2;
+                    let corner = 4 * IVec3::new(part & 1, (part >> 1) & 1, part >> 2);
+                    cells.push(8 * brick + corner + IVec3::new(bit & 3, (bit >> 2) & 3, bit >> 4));
+                }
+            }
+        }
+        cells
+    }
+
     /// Visits the blocks along a ray given in grid space, until `visit` says false, the grid ends or `t` passes `limit`
     /// (voxels).
     pub fn walk(&self, o: Vec3, d: Vec3, limit: f32, mut visit: impl FnMut(Visit) -> bool) -> Walk {
@@ -286,11 +309,12 @@ impl CpuGrid {
     ) -> (Option<SurfaceHit>, Walk) {
         let o = (origin - Vec3::from(self.grid.origin)) / self.grid.voxel_size;
         let mut side = (beside - Vec3::from(self.grid.origin)) / self.grid.voxel_size;
+        let reach = if self.grid.contours != 0 { NEAR_PLANES } else { NEAR };
         let (mut start, mut near, mut is_after_empty) = (None, 0.0, false);
         let mut met = (false, Vec3::ZERO);
         let (hit, walk) = self.first(origin, direction, t_max, |grid, visit| {
             let first = *start.get_or_insert_with(|| {
-                near = visit.t + NEAR;
+                near = visit.t + reach;
                 visit.cell
             });
             if visit.empty > 0 {
@@ -322,7 +346,7 @@ impl CpuGrid {
                 ahead.map(|ahead| visit.t + ahead)
             };
             if t.is_none() {
-                near = near.max(visit.t + NEAR);
+                near = near.max(visit.t + reach);
             }
             t
         });
@@ -373,6 +397,7 @@ fn cross(
     let ((normal, offset), (from, direction)) = (plane, ray);
     let slope = normal.dot(direction);
     let side = normal.dot(beside) - offset;
+    let behind = if contours { behind.min(CRACK) } else { behind };
     if is_near && (if slope > 0.0 { side > -behind } else { side < 0.0 }) {
         return None;
     }

@@ -30,9 +30,15 @@ const GRID_LONGEST = 1e12;
 
 // Voxels within which a ray may still be beside the surface it left, or one that it passed.
 const GRID_NEAR = 8.0;
+// The same where planes are met: they tell by themselves, but for the cracks between them.
+const GRID_NEAR_PLANES = 2.0;
 // Less than this behind a surface near its start a ray that leaves an opaque surface is taken to be in front of it: on a
 // ball the point beside may lie behind the plane of a cell some voxels on.
 const GRID_BEHIND = 0.75;
+
+fn grid_near() -> f32 {
+    return select(GRID_NEAR, GRID_NEAR_PLANES, grid.contours != 0u);
+}
 // Voxels by which the planes of neighbouring cells may miss each other.
 const GRID_CRACK = 0.1;
 // Voxels beyond its cell within which a plane is met all the same: rounding, and what rasterizing leaves out.
@@ -54,14 +60,14 @@ fn grid_plane(record: u32) -> GridPlane {
 // Where a ray meets a plane, voxels along it; negative where it does not. The ray is at `from` when it enters the cell at
 // t and has `chord` to go in it. `beside` is on its side of the surface, all from the cell's centre.
 fn grid_cross(normal: vec3f, offset: f32, from_point: vec3f, d: vec3f, t: f32, chord: f32, beside: vec3f, behind: f32, is_near: bool) -> f32 {
+    let is_plane = grid.contours != 0u;
     let slope = dot(normal, d);
     let side = dot(normal, beside) - offset;
-    let leaves = is_near && select((side < 0.0), (side > -behind), slope > 0.0);
+    let leaves = is_near && select((side < 0.0), (side > -select(behind, min(behind, GRID_CRACK), is_plane)), slope > 0.0);
     // Height above the plane as the ray comes.
     let height = (dot(normal, from_point) - offset) * select(1.0, -1.0, slope > 0.0);
     let ahead = max(height, 0.0) / max(abs(slope), 1e-6);
     let is_crossed = height >= -GRID_CRACK && ahead <= chord + GRID_SLACK;
-    let is_plane = grid.contours != 0u;
     return select(-1.0, t + select(0.0, ahead, is_plane), !leaves && (is_crossed || !is_plane));
 }
 
@@ -144,7 +150,7 @@ fn grid_trace(origin: vec3f, direction: vec3f, t_max: f32, beside: vec3f, behind
     let first = walk.cell;
     var side = (beside - grid.origin) / grid.voxel_size;
     // Until here `side` stays what it is, and surfaces that the ray leaves are not met.
-    var near = walk.t + GRID_NEAR;
+    var near = walk.t + grid_near();
     let most = GRID_STEPS_PER_CELL * u32(max(grid.cells.x, max(grid.cells.y, grid.cells.z)));
     var inside = true;
     for (; inside && !hit.hit && hit.iterations < most; ) {
@@ -184,7 +190,7 @@ fn grid_trace(origin: vec3f, direction: vec3f, t_max: f32, beside: vec3f, behind
             hit.normal = met.normal;
             inside = hit.hit;
         } else {
-            near = max(near, at.t + GRID_NEAR);
+            near = max(near, at.t + grid_near());
             inside = walk.t <= limit && all(vec3u(walk.cell) < vec3u(grid.cells));
         }
     }

@@ -23,8 +23,11 @@
 //! - **Rounds**: a fragment that finds a larger key stores its own, with plain relaxed loads and stores. Rounds repeat
 //!   until none stores anything: every round lowers each contended cell, so the end is the minimum whoever came first.
 //!   After [`MOST_ROUNDS`] one round of atomic minima finishes the rest.
-//! - **Bends**: a last draw marks cells in which triangles meet at an angle, for [`crate::grid`]: normals more than 30
-//!   degrees apart, seen from either side. What lets light through is left out.
+//! - **Conservative** voxels ([`Thickness`]) are all cells that a triangle enters by 2^-12: drawn are the columns of its box
+//!   along the dominant axis, and a fragment tests the up to three cells that the plane passes in its column, in all three
+//!   projections (Schwarz and Seidel 2010). What is nearest to the cell's centre wins.
+//! - **Bends**: a last draw marks cells in which triangles are not one surface, for [`crate::grid`]: normals too far apart,
+//!   seen from either side, or planes. What lets light through is left out.
 //! - **Holes**: where a material is masked or blended, its coverage is read at the point and the mip the voxel will
 //!   have. Less than half a step of the 4 bits that will store it is nothing.
 //!
@@ -47,6 +50,31 @@ use frame::{Room, Texture, brdf, surface};
 
 /// Rounds without atomics. The mean of k contenders takes ln k + 0.6; 14 is the most that was seen.
 pub const MOST_ROUNDS: u32 = 16;
+
+/// Which cells a triangle sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Thickness {
+    /// One per column: what stops rays.
+    Thin,
+    /// Each that it passes: what planes within cells need.
+    Conservative,
+}
+
+/// Where triangles of a cell stop being one surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bend {
+    /// Cosine between normals.
+    pub(crate) flat: f32,
+    /// Cells from one plane to the other.
+    pub(crate) apart: f32,
+}
+
+impl Bend {
+    /// Planes only tell sides: 30 degrees, and two sides of a sheet may share a cell.
+    pub(crate) const OF_SIDES: Self = Self { flat: 0.866_025_4, apart: 1e9 };
+    /// Planes are where surfaces are: 20 degrees, which are 0.15 cell at a cell's corner.
+    pub(crate) const OF_CONTOURS: Self = Self { flat: 0.939_692_6, apart: 0.1 };
+}
 
 /// Axes that triangles are projected along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,8 +118,12 @@ frame::gpu_struct! {
         pub axes: u32,
         /// Records before this batch.
         pub first_record: u32,
+        /// Cosine between normals of triangles that are one surface.
+        pub flat: f32,
+        /// Cells that one surface's triangles in a cell are apart at most.
+        pub apart: f32,
         /// WGSL rounds uniforms up.
-        pub _pad: [u32; 3],
+        pub _pad: u32,
     }
 }
 
@@ -111,14 +143,21 @@ pub(crate) struct Input<'a> {
     pub uniform: &'a Buffer,
     pub target: &'a Texture,
     pub axes: Axes,
+    pub thickness: Thickness,
 }
 
 impl Input<'_> {
     fn axis_count(&self) -> u32 {
-        match self.axes {
-            Axes::All => 3,
-            Axes::Dominant => 1,
+        match (self.axes, self.thickness) {
+            (Axes::All, Thickness::Thin) => 3,
+            (Axes::Dominant, _) | (_, Thickness::Conservative) => 1,
         }
+    }
+
+    /// Three corners per axis, or two triangles around all columns; 9 x 2^24 is a u32.
+    fn vertices_per_triangle(&self) -> u32 {
+        let per_axis = if self.thickness == Thickness::Thin { 3 } else { 6 };
+        per_axis * self.axis_count()
     }
 
     fn draw(
@@ -136,8 +175,7 @@ impl Input<'_> {
         resources.extend(after.iter().map(|b| b.as_entire_binding()));
         let colors = [(self.target.view(), Some(wgpu::Color::TRANSPARENT))];
         let targets = RasterTargets { colors: &colors, depth: None };
-        // Three corners per triangle and axis; 9 x 2^24 is a u32.
-        let vertices = 0..3 * self.axis_count() * self.mesh.triangle_count;
+        let vertices = 0..self.vertices_per_triangle() * self.mesh.triangle_count;
         for kernel in kernels {
             recorder.raster(pass, kernel, &resources, &targets, vertices.clone());
         }
@@ -145,7 +183,11 @@ impl Input<'_> {
 }
 
 impl Raster {
-    pub(crate) fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, KernelError> {
+    pub(crate) fn new(gpu: &Gpu, scene: &GpuScene, thickness: Thickness) -> Result<Self, KernelError> {
+        let cells = match thickness {
+            Thickness::Thin => include_str!("thin.inc.wgsl"),
+            Thickness::Conservative => include_str!("conservative.inc.wgsl"),
+        };
         let sources = [
             surface::WGSL,
             brdf::WGSL,
@@ -155,6 +197,7 @@ impl Raster {
             resolve::POINT_WGSL,
             CONSTANTS,
             include_str!("raster.wgsl"),
+            cells,
         ];
         let kernel = |name, fragment, after: &[Bind], holes: bool| {
             let mut constants = scene.mesh.layout.constants().to_vec();
@@ -250,11 +293,13 @@ impl Raster {
         input: &Input<'_>,
         batch: &Batch<'_>,
         first_record: u32,
+        bend: Bend,
         keys: &Buffer,
         bends: &Buffer,
     ) {
         let (first_slot, slot_count) = (batch.slots.start, batch.slots.len() as u32);
-        let params = RasterParams { first_slot, slot_count, first_record, ..Default::default() };
+        let Bend { flat, apart } = bend;
+        let params = RasterParams { first_slot, slot_count, first_record, flat, apart, ..Default::default() };
         let buffers = [batch.structure, input.uniform, keys, bends];
         input.draw(recorder, "voxel/raster/bend", &self.bend, params, &buffers);
     }

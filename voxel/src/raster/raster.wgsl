@@ -1,4 +1,4 @@
-// Marks bricks and votes for winners, one fragment per covered column. Rules and formulas: mod.rs beside this file.
+// Marks bricks and votes for winners, per fragment the cells that a snippet finds: `RasterCorner`, `raster_vertex`, `raster_cell`. Rules and formulas: mod.rs beside this file.
 
 struct RasterParams {
     // The slots of this batch.
@@ -10,6 +10,9 @@ struct RasterParams {
     axes: u32,
     // Records before the batch.
     first_record: u32,
+    // A triangle bends from the winner where the cosine of their normals is below this, or it lies so many cells off.
+    flat: f32,
+    apart: f32,
 }
 
 // Whether this kernel draws the triangles with masks and blends, or the others: software adapters run both sides of a
@@ -24,17 +27,11 @@ override raster_holes: bool = false;
 // 1 where some key became smaller in this round.
 @group(3) @binding(2) var<storage, read_write> out_changed: atomic<u32>;
 
-struct RasterCorner {
-    @builtin(position) position: vec4f,
-    @location(0) @interpolate(flat) triangle: u32,
-    // 0..2, the axis columns run along.
-    @location(1) @interpolate(flat) axis: u32,
-    // Column and depth of the first corner, cells.
-    @location(2) @interpolate(flat) base: vec3f,
-    // Cells of depth per column; distance from the plane per cell of depth.
-    @location(3) @interpolate(flat) slope: vec3f,
-    // Depth of the nearest and the farthest corner, cells.
-    @location(4) @interpolate(flat) range: vec2f,
+struct RasterCell {
+    inside: bool,
+    cell: vec3i,
+    // 6 bits, smaller is nearer to the cell's centre.
+    nearness: u32,
 }
 
 // Columns and depth of a point for an axis: (y, z, x), (z, x, y) or (x, y, z).
@@ -58,67 +55,6 @@ fn raster_is_finite(p: vec3f) -> bool {
     return all((bitcast<vec3u>(p) & vec3u(0x7f800000u)) != vec3u(0x7f800000u));
 }
 
-@vertex
-fn raster_vertex(@builtin(vertex_index) index: u32) -> RasterCorner {
-    let triangle = index / (3u * params.axes);
-    let vertices = mesh_triangle(triangle);
-    let a = raster_corner(vertices.x);
-    let b = raster_corner(vertices.y);
-    let c = raster_corner(vertices.z);
-    let n = cross(b - a, c - a);
-    let size = abs(n);
-    var out: RasterCorner;
-    out.triangle = triangle;
-    out.axis = 2u;
-    if (params.axes == 3u) {
-        out.axis = index / 3u % 3u;
-    } else if (size.x * RASTER_PREFERENCE >= max(size.y, size.z)) {
-        out.axis = 0u;
-    } else if (size.y * RASTER_PREFERENCE >= size.z) {
-        out.axis = 1u;
-    }
-    let normal = raster_turn(n, out.axis);
-    // Nothing to draw: the other kernel's, no area, or corners that are no numbers.
-    if (raster_has_holes(triangle) != raster_holes || normal.z == 0.0
-        || !raster_is_finite(a) || !raster_is_finite(b) || !raster_is_finite(c)) {
-        out.position = vec4f(0.0, 0.0, 0.5, 1.0);
-        return out;
-    }
-    let behind = vec3f(0.0, 0.0, select(RASTER_TIE, -RASTER_TIE, normal.z > 0.0));
-    let corners = array<vec3f, 3>(
-        raster_turn(a, out.axis) + behind,
-        raster_turn(b, out.axis) + behind,
-        raster_turn(c, out.axis) + behind,
-    );
-    out.base = corners[0];
-    out.slope = vec3f(-normal.xy / normal.z, abs(normal.z) / length(normal));
-    out.range = vec2f(
-        min(corners[0].z, min(corners[1].z, corners[2].z)),
-        max(corners[0].z, max(corners[1].z, corners[2].z)),
-    );
-    // One pixel per column, rows downwards.
-    let side = f32(max(grid.cells.x, max(grid.cells.y, grid.cells.z)));
-    let at = corners[index % 3u].xy * (2.0 / side);
-    out.position = vec4f(at.x - 1.0, 1.0 - at.y, 0.5, 1.0);
-    return out;
-}
-
-struct RasterCell {
-    inside: bool,
-    cell: vec3i,
-    // Distance of the plane from the cell's centre, 0..1/2.
-    miss: f32,
-}
-
-fn raster_cell(in: RasterCorner) -> RasterCell {
-    let column = floor(in.position.xy);
-    let depth = clamp(in.base.z + dot(in.slope.xy, column + 0.5 - in.base.xy), in.range.x, in.range.y);
-    let layer = floor(depth);
-    let cell = raster_turn_back(vec3i(vec3f(column, layer)), in.axis);
-    let inside = all(cell >= vec3i(0)) && all(cell < grid.cells);
-    return RasterCell(inside, cell, in.slope.z * abs(depth - layer - 0.5));
-}
-
 // 0 emits, 1 opaque, 2 lets something through; 3 is not there at all.
 fn raster_class(triangle: u32, cell: vec3i) -> u32 {
     let material = mesh_material(triangle);
@@ -138,7 +74,12 @@ fn raster_class(triangle: u32, cell: vec3i) -> u32 {
 
 @fragment
 fn raster_mark(in: RasterCorner) {
-    let found = raster_cell(in);
+    for (var i = 0u; i < raster_cell_count(in); i += 1u) {
+        raster_mark_cell(in, raster_cell(in, i));
+    }
+}
+
+fn raster_mark_cell(in: RasterCorner, found: RasterCell) {
     if (!found.inside || raster_class(in.triangle, found.cell) == 3u) {
         return;
     }
@@ -147,7 +88,12 @@ fn raster_mark(in: RasterCorner) {
 
 @fragment
 fn raster_vote(in: RasterCorner) {
-    let found = raster_cell(in);
+    for (var i = 0u; i < raster_cell_count(in); i += 1u) {
+        raster_vote_cell(in, raster_cell(in, i));
+    }
+}
+
+fn raster_vote_cell(in: RasterCorner, found: RasterCell) {
     if (!found.inside) {
         return;
     }
@@ -161,8 +107,7 @@ fn raster_vote(in: RasterCorner) {
     if (kind == 3u) {
         return;
     }
-    let nearness = min(u32(128.0 * found.miss), 63u);
-    let vote = ~((kind << 30u) | (nearness << 24u) | in.triangle);
+    let vote = ~((kind << 30u) | (found.nearness << 24u) | in.triangle);
     let at = GRID_BRICK_CELLS * local + grid_cell_index(found.cell);
     if (atomicLoad(&out_keys[at]) >= vote) {
         return;
@@ -175,23 +120,17 @@ fn raster_vote(in: RasterCorner) {
     atomicStore(&out_changed, 1u);
 }
 
-// Cosine between normals of triangles that are one surface: 30 degrees.
-const RASTER_FLAT = 0.8660254;
-
-// By record of the batch: 1 = surfaces meet in it at an angle.
+// By record of the batch: 1 = it has no plane.
 @group(3) @binding(3) var<storage, read_write> out_bends: array<atomic<u32>>;
-
-// Unit normal in the order of the corners; cells are cubes.
-fn raster_normal(triangle: u32) -> vec3f {
-    let v = mesh_triangle(triangle);
-    let a = mesh_position(v.x);
-    let n = cross((mesh_position(v.y) - a) / grid.voxel_size, (mesh_position(v.z) - a) / grid.voxel_size);
-    return n / max(length(n), 1e-30);
-}
 
 @fragment
 fn raster_bend(in: RasterCorner) {
-    let found = raster_cell(in);
+    for (var i = 0u; i < raster_cell_count(in); i += 1u) {
+        raster_bend_cell(in, raster_cell(in, i));
+    }
+}
+
+fn raster_bend_cell(in: RasterCorner, found: RasterCell) {
     if (!found.inside) {
         return;
     }
@@ -204,10 +143,35 @@ fn raster_bend(in: RasterCorner) {
     let key = ~atomicLoad(&out_keys[GRID_BRICK_CELLS * local + grid_cell_index(found.cell)]);
     let winner = key & 0xffffffu;
     // What lets light through keeps its plane: a cube would be met once where glass is crossed twice.
-    if ((key >> 30u) == 2u || winner == in.triangle || abs(dot(raster_normal(winner), raster_normal(in.triangle))) > RASTER_FLAT) {
+    if ((key >> 30u) == 2u || winner == in.triangle) {
+        return;
+    }
+    let won = mesh_triangle(winner);
+    let a = mesh_position(won.x);
+    let normal = raster_normal(a, mesh_position(won.y), mesh_position(won.z));
+    let own = mesh_triangle(in.triangle);
+    var corners = array<vec3f, 3>(mesh_position(own.x), mesh_position(own.y), mesh_position(own.z));
+    // Where this triangle is nearest to the cell's centre, cells from the winner's plane.
+    let center = voxel_center(found.cell);
+    let weights = voxel_nearest(
+        (corners[0] - center) / grid.voxel_size,
+        (corners[1] - center) / grid.voxel_size,
+        (corners[2] - center) / grid.voxel_size,
+        vec3f(0.0),
+    );
+    let nearest = corners[0] + weights.x * (corners[1] - corners[0]) + weights.y * (corners[2] - corners[0]);
+    let apart = abs(dot(normal, nearest - a)) / grid.voxel_size;
+    let flat = abs(dot(normal, raster_normal(corners[0], corners[1], corners[2])));
+    if (flat > params.flat && apart < params.apart) {
         return;
     }
     if (raster_class(in.triangle, found.cell) != 3u) {
         atomicStore(&out_bends[grid_record(found.cell) - params.first_record], 1u);
     }
+}
+
+// Unit, of a triangle with corners in the world; cells are cubes.
+fn raster_normal(a: vec3f, b: vec3f, c: vec3f) -> vec3f {
+    let n = cross((b - a) / grid.voxel_size, (c - a) / grid.voxel_size);
+    return n / max(length(n), 1e-30);
 }

@@ -35,6 +35,9 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     let point = voxel_point(triangle, cell);
     var s = material_surface(mesh_material(triangle), point, area);
     s.emission *= select(bitcast<f32>(entry.y), 1.0, entry.y == 0u);
+    if (grid.contours != 0u) {
+        s.normal = point.face_normal;
+    }
     // Of the normal as it will be read back.
     let normal = surface_normal_unpack(surface_normal_pack(s.normal));
     let offset = dot(normal, (point.position - voxel_center(cell)) / grid.voxel_size);

@@ -270,6 +270,7 @@ impl Fixture {
             structure: gpu.storage(Room::Voxels, "structure", &voxels.grid.structure).unwrap(),
             records: gpu.storage(Room::Voxels, "records", &voxels.records).unwrap(),
             uniform: gpu.buffer(Room::Voxels, "uniform", size_of_val(grid) as u64, usage).unwrap(),
+            contours: grid.contours != 0,
             voxel_count: voxels.grid.voxel_count,
             brick_count: 0,
             glowing: glowing(voxels),

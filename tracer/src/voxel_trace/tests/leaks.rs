@@ -120,7 +120,13 @@ fn a_sealed_box_is_dark_inside() {
 }
 
 #[test]
+fn a_sealed_box_of_planes_is_dark_inside() {
+    check(&[("contours", "on")], 4);
+}
+
+#[test]
 #[ignore = "takes minutes: 64 turns and shifts"]
 fn a_sealed_box_is_dark_inside_however_it_is_turned() {
     check(&[], 64);
+    check(&[("contours", "on")], 64);
 }
