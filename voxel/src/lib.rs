@@ -22,4 +22,5 @@ mod voxelizer;
 
 pub use error::VoxelError;
 pub use grid::{GRID_BINDS, GRID_WGSL, Grid, TRACE_WGSL, VoxelGrid};
+pub use record::RecordLayout;
 pub use voxelizer::Voxelizer;

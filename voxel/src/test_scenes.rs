@@ -123,7 +123,7 @@ pub(crate) fn build(
     let (voxels, log) = voxelizer.voxelize(gpu, scene, &scene.mesh, bounds, grid).unwrap();
     let layout = Layout { origin: voxels.origin, voxel_size: voxels.voxel_size, cells: voxels.cells };
     let structure = gpu.read_buffer(&voxels.structure).unwrap();
-    let records: Vec<[u32; 4]> = gpu.read_buffer(&voxels.records).unwrap();
+    let records = voxels.record.expand(&gpu.read_buffer(&voxels.records).unwrap());
     let uniform = crate::Grid { contours: u32::from(voxels.contours), ..layout.uniform(0) };
     let grid = CpuGrid { grid: uniform, structure, voxel_count: voxels.voxel_count };
     Built { voxels, log, grid, layout, records }

@@ -7,6 +7,7 @@
 use crate::emitters::{Emitters, Factors};
 use crate::grid::{BRICK_CELLS, Layout};
 use crate::raster::{Axes, Bend, Input, MOST_TRIANGLES, Raster, Thickness};
+use crate::record::RecordLayout;
 use crate::resolve::{self, ResolveParams};
 use crate::structure::{Batch, Structure, rows};
 use crate::{Grid, VoxelError, VoxelGrid};
@@ -57,7 +58,7 @@ impl Voxelizer {
             thin: Raster::new(gpu, scene, Thickness::Thin)?,
             conservative: None,
             structure: Structure::new(gpu)?,
-            emitters: Emitters::new(gpu)?,
+            emitters: Emitters::new(gpu, RecordLayout::of(&scene.needs))?,
             resolve: resolve::kernel(gpu, scene)?,
             elevation: 0,
             axes: 0,
@@ -160,11 +161,16 @@ impl Voxelizer {
         if thickness == Thickness::Conservative && self.conservative.is_none() {
             self.conservative = Some(Raster::new(gpu, scene, thickness)?);
         }
+        let record = RecordLayout::of(&scene.needs);
         let raster = match &self.conservative {
             Some(conservative) if thickness == Thickness::Conservative => conservative,
             _ => &self.thin,
         };
-        let shared = Grid { contours: self.contours, ..layout.uniform(self.elevation()) };
+        let shared = Grid {
+            contours: self.contours,
+            record_words: record.words(),
+            ..layout.uniform(self.elevation())
+        };
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let uniform = gpu.buffer(Room::Voxels, "VoxelGrid::uniform", size_of::<Grid>() as u64, usage)?;
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&shared));
@@ -204,7 +210,7 @@ impl Voxelizer {
             parts.push((records, count));
         }
         let mut log = recorder.finish()?;
-        let records = joined(gpu, parts, voxel_count)?;
+        let records = joined(gpu, parts, record, voxel_count)?;
         let lost = build.factors.as_ref().map_or(0, |f| f.lost);
         for (name, count) in [
             ("voxels", voxel_count),
@@ -223,6 +229,7 @@ impl Voxelizer {
             origin,
             structure,
             records,
+            record,
             uniform,
             contours,
             voxel_count,
@@ -259,6 +266,7 @@ impl Voxelizer {
         build.atomic_rounds += u32::from(atomic);
 
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let record = RecordLayout::of(&build.input.scene.needs);
         let uniform = build.input.uniform;
         let batch = Batch { uniform, structure: &build.structure, slots: slots.clone() };
         let counts = gpu.buffer(Room::Voxels, "Voxelizer::counts", 4 * slots.len() as u64, usage)?;
@@ -266,7 +274,8 @@ impl Voxelizer {
         let sums = self.structure.scan(recorder, &counts, slots.len() as u32)?;
         let count = sums.total(recorder)?;
         let list = gpu.buffer(Room::Voxels, "Voxelizer::list", 8 * u64::from(count.max(1)), usage)?;
-        let records = gpu.buffer(Room::Voxels, "VoxelGrid::records", 16 * u64::from(count.max(1)), usage)?;
+        let records =
+            gpu.buffer(Room::Voxels, "VoxelGrid::records", record.bytes() * u64::from(count.max(1)), usage)?;
         self.structure.list(recorder, &batch, first_record, &sums, &list);
         if let Some(factors) = &build.factors {
             let range = first_record..first_record + count;
@@ -290,19 +299,24 @@ impl Voxelizer {
 }
 
 /// The records of all batches in one buffer; a single batch is that already.
-fn joined(gpu: &Gpu, mut parts: Vec<(Buffer, u32)>, voxel_count: u32) -> Result<Buffer, GpuError> {
+fn joined(
+    gpu: &Gpu,
+    mut parts: Vec<(Buffer, u32)>,
+    record: RecordLayout,
+    voxel_count: u32,
+) -> Result<Buffer, GpuError> {
     if parts.len() == 1
         && let Some((records, _)) = parts.pop()
     {
         return Ok(records);
     }
     let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
-    let bytes = 16 * u64::from(voxel_count.max(1));
+    let bytes = record.bytes() * u64::from(voxel_count.max(1));
     let records = gpu.buffer(Room::Voxels, "VoxelGrid::records", bytes, usage)?;
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut at = 0;
     for (part, count) in parts {
-        let bytes = 16 * u64::from(count);
+        let bytes = record.bytes() * u64::from(count);
         encoder.copy_buffer_to_buffer(&part, 0, &records, at, bytes);
         at += bytes;
     }

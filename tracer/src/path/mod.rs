@@ -242,7 +242,7 @@ type Built = (SceneNeeds, Conventions, bool);
 
 /// The kernels and buffers of paths through one kind of structure.
 pub(crate) struct Paths {
-    structure: Structure,
+    pub(crate) structure: Structure,
     kernels: Option<(Built, Kernels)>,
     /// Most segments of a dispatch; tests lower it.
     pub(crate) most_segments: u32,

@@ -107,7 +107,7 @@ impl RayBatch {
         let sources = [
             frame::surface::WGSL,
             voxel::GRID_WGSL,
-            voxel::record::FULL_WGSL,
+            voxel::record::ANY_WGSL,
             voxel::TRACE_WGSL,
             RAYS_WGSL,
             include_str!("grid.wgsl"),

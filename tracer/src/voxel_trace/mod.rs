@@ -21,18 +21,16 @@ use crate::path::{PathSettings, Paths, Searched, Structure};
 use crate::{Search, Tracer, World};
 use frame::scene_gpu::GpuScene;
 use frame::{FrameInfo, GBuffer, Gpu, GpuError, Knob, RadianceImage, Recorder, Uniform};
-use voxel::VoxelGrid;
+use voxel::{RecordLayout, VoxelGrid};
 
 const HIT_WGSL: &str = include_str!("voxel_hit.inc.wgsl");
 
-/// What the grid brings to paths.
-pub(crate) fn structure() -> Structure {
-    Structure {
-        pass: "trace/voxel",
-        sources: vec![voxel::GRID_WGSL, voxel::record::FULL_WGSL, voxel::TRACE_WGSL, HIT_WGSL],
-        binds: voxel::GRID_BINDS.to_vec(),
-        of_triangles: false,
-    }
+/// What a grid with such records brings to paths.
+pub(crate) fn structure(record: RecordLayout) -> Structure {
+    let mut sources = vec![voxel::GRID_WGSL];
+    sources.extend(record.sources());
+    sources.extend([voxel::TRACE_WGSL, HIT_WGSL]);
+    Structure { pass: "trace/voxel", sources, binds: voxel::GRID_BINDS.to_vec(), of_triangles: false }
 }
 
 /// Most iterations of one ray.
@@ -47,7 +45,7 @@ pub struct VoxelTracer {
 
 impl Default for VoxelTracer {
     fn default() -> Self {
-        Self { paths: Paths::new(structure()) }
+        Self { paths: Paths::new(structure(RecordLayout::FULL)) }
     }
 }
 
@@ -71,6 +69,7 @@ impl Tracer for VoxelTracer {
         size: [u32; 2],
         paths: &PathSettings,
     ) -> Result<(), GpuError> {
+        self.paths.structure = structure(RecordLayout::of(&scene.needs));
         self.paths.resize(gpu, scene, size, paths)
     }
 

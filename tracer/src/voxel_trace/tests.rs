@@ -4,5 +4,6 @@
 mod closed_forms;
 mod fixture;
 mod leaks;
+mod lean;
 mod sheets;
 mod twin;

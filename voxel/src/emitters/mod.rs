@@ -22,12 +22,13 @@ pub mod flux;
 mod tests;
 
 use crate::Grid;
+use crate::VoxelGrid;
 use crate::grid::reference::CpuGrid;
 use crate::grid::{GRID_BINDS, GRID_WGSL, Glowing, Layout};
 use crate::raster::Axes;
 use crate::raster::reference::Columns;
+use crate::record::RecordLayout;
 use crate::structure::rows;
-use crate::{VoxelGrid, record};
 use flux::Lit;
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::surface::Surface;
@@ -75,7 +76,7 @@ pub(crate) struct Factors {
 }
 
 impl Emitters {
-    pub(crate) fn new(gpu: &Gpu) -> Result<Self, KernelError> {
+    pub(crate) fn new(gpu: &Gpu, record: RecordLayout) -> Result<Self, KernelError> {
         let kernel = Kernel::new(
             gpu,
             &KernelDesc {
@@ -94,11 +95,14 @@ impl Emitters {
             },
         )?;
         let [of_structure, of_records, of_grid] = GRID_BINDS;
+        let mut sources = vec![surface::WGSL, GRID_WGSL];
+        sources.extend(record.sources());
+        sources.push(include_str!("glowing.wgsl"));
         let glowing = Kernel::new(
             gpu,
             &KernelDesc {
                 name: "voxel/glowing",
-                sources: &[surface::WGSL, GRID_WGSL, record::FULL_WGSL, include_str!("glowing.wgsl")],
+                sources: &sources,
                 entry: "glowing",
                 workgroup: [64, 1, 1],
                 bindings: &[
@@ -174,7 +178,7 @@ impl Emitters {
         grid: &VoxelGrid,
     ) -> Result<Vec<Glowing>, GpuError> {
         let structure = gpu.read_buffer(&grid.structure)?;
-        let records: Vec<[u32; 4]> = gpu.read_buffer(&grid.records)?;
+        let records = grid.record.expand(&gpu.read_buffer(&grid.records)?);
         let cpu = CpuGrid { grid: layout.uniform(0), structure, voxel_count: grid.voxel_count };
         let glows = |cell: IVec3| {
             let record = *records.get(cpu.record(cell)? as usize)?;

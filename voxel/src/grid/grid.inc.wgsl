@@ -24,8 +24,8 @@ struct Grid {
     bricks_at: u32,
     // 1: planes are where surfaces are, 0: they only tell sides.
     contours: u32,
-    // First word of the creases.
-    creases_at: u32,
+    // Words per record.
+    record_words: u32,
 }
 
 @group(1) @binding(16) var<storage, read> grid_structure: array<u32>;

@@ -105,7 +105,9 @@ impl Layout {
             groups_at,
             regions: regions.map(|n| n as i32),
             bricks_at: table_at + count(bricks),
-            ..Grid::default()
+            contours: 0,
+            record_words: 4,
+            _pad: [0; 2],
         }
     }
 }

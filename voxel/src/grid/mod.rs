@@ -50,6 +50,7 @@ mod tests;
 
 pub use layout::{Layout, SNAP};
 
+use crate::record::RecordLayout;
 use frame::{Bind, Buffer};
 use glam::Vec3;
 
@@ -110,8 +111,8 @@ frame::gpu_struct! {
         pub bricks_at: u32,
         /// 1: surfaces are where the records' planes are; 0: planes only tell sides.
         pub contours: u32,
-        /// First word of the creases.
-        pub creases_at: u32,
+        /// Words per record.
+        pub record_words: u32,
         /// WGSL rounds uniforms up.
         pub _pad: [u32; 2],
     }
@@ -140,6 +141,8 @@ pub struct VoxelGrid {
     pub structure: Buffer,
     /// One packed surface per occupied cell.
     pub records: Buffer,
+    /// The words of each.
+    pub record: RecordLayout,
     /// [`Grid`].
     pub uniform: Buffer,
     /// Surfaces are where the records' planes are.

@@ -4,7 +4,7 @@
 use super::reference::{BEHIND, CpuGrid, Hit};
 use super::{GRID_WGSL, Grid, Layout, STEPS_PER_CELL, TRACE_WGSL};
 use crate::VoxelError;
-use crate::record::FULL_WGSL;
+use crate::record::RecordLayout;
 use crate::test_scenes::{Random, gpu};
 use frame::surface::{self, CREASE, CREASE_CODE, Surface};
 use frame::{Bind, Gpu, Kernel, KernelDesc, Recorder, Room};
@@ -254,7 +254,7 @@ fn traced(gpu: &Gpu, grid: &CpuGrid, records: &[[u32; 4]], rays: &[Ray]) -> Vec<
         gpu,
         &KernelDesc {
             name: "test/trace",
-            sources: &[surface::WGSL, GRID_WGSL, FULL_WGSL, TRACE_WGSL, TRACE],
+            sources: &[surface::WGSL, GRID_WGSL, RecordLayout::FULL.sources()[0], TRACE_WGSL, TRACE],
             entry: "trace",
             workgroup: [64, 1, 1],
             bindings: &[

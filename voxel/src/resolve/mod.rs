@@ -13,6 +13,7 @@
 
 use crate::Grid;
 use crate::grid::GRID_WGSL;
+use crate::record::RecordLayout;
 use frame::scene_gpu::{GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
 use frame::{Bind, Gpu, Kernel, KernelDesc, KernelError, brdf, surface};
 
@@ -46,19 +47,14 @@ pub(crate) fn kernel(gpu: &Gpu, scene: &GpuScene) -> Result<Kernel, KernelError>
         Bind::storage_read(2, 3, "in_bends"),
         Bind::storage(3, 0, "out_records"),
     ]);
+    let mut sources = vec![surface::WGSL, brdf::WGSL, MESH_WGSL, MATERIAL_WGSL, GRID_WGSL, POINT_WGSL];
+    sources.extend(RecordLayout::of(&scene.needs).stores());
+    sources.push(include_str!("resolve.wgsl"));
     Kernel::new(
         gpu,
         &KernelDesc {
             name: "voxel/resolve",
-            sources: &[
-                surface::WGSL,
-                brdf::WGSL,
-                MESH_WGSL,
-                MATERIAL_WGSL,
-                GRID_WGSL,
-                POINT_WGSL,
-                include_str!("resolve.wgsl"),
-            ],
+            sources: &sources,
             entry: "resolve",
             workgroup: [64, 1, 1],
             bindings: &bindings,

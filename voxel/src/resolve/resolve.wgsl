@@ -18,9 +18,6 @@ struct ResolveParams {
 @group(2) @binding(2) var<storage, read> in_list: array<vec2u>;
 // By record of the batch: 1 = surfaces meet in it at an angle.
 @group(2) @binding(3) var<storage, read> in_bends: array<u32>;
-// By record of the batch.
-@group(3) @binding(0) var<storage, read_write> out_records: array<vec4u>;
-
 @compute @workgroup_size(64)
 fn resolve(@builtin(global_invocation_id) id: vec3u) {
     let record = id.x + params.row * id.y;
@@ -44,5 +41,5 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     let bound = 127.0 * SURFACE_CONTOUR_STEP;
     s.contour = select(clamp(offset, -bound, bound), f32(SURFACE_CREASE_CODE) * SURFACE_CONTOUR_STEP, in_bends[record] != 0u);
     let p = vec3u(cell);
-    out_records[record] = surface_pack_voxel(s, surface_hash(p.x + surface_hash(p.y + surface_hash(p.z))));
+    record_store(record, surface_pack_voxel(s, surface_hash(p.x + surface_hash(p.y + surface_hash(p.z)))));
 }

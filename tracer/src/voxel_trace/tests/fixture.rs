@@ -17,9 +17,9 @@ use half::f16;
 use scene::{Camera, PunctualLight, Sky, Sun};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use voxel::VoxelGrid;
 use voxel::grid::reference::CpuGrid;
 use voxel::grid::{Glowing, Layout};
+use voxel::{RecordLayout, VoxelGrid};
 
 /// Metres; nothing special.
 pub const VOXEL: f32 = 0.2;
@@ -270,6 +270,7 @@ impl Fixture {
             structure: gpu.storage(Room::Voxels, "structure", &voxels.grid.structure).unwrap(),
             records: gpu.storage(Room::Voxels, "records", &voxels.records).unwrap(),
             uniform: gpu.buffer(Room::Voxels, "uniform", size_of_val(grid) as u64, usage).unwrap(),
+            record: RecordLayout::FULL,
             contours: grid.contours != 0,
             voxel_count: voxels.grid.voxel_count,
             brick_count: 0,
