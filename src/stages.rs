@@ -2,7 +2,7 @@
 
 use crate::pipeline::Pipeline;
 use crate::{Error, Progress, RenderSettings};
-use frame::{Gpu, GpuError, Knob};
+use frame::{Gpu, GpuError, Knob, KnobValue};
 use serde::Serialize;
 
 /// What can be chosen by name.
@@ -19,6 +19,19 @@ pub enum Kind {
     Upsampler,
 }
 
+/// What a setting holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum KnobKind {
+    /// A real number, least and most.
+    Float(f32, f32),
+    /// A whole number, least and most.
+    Int(u32, u32),
+    /// `on` or `off`.
+    Bool,
+    /// One of these names.
+    Choice(&'static [&'static str]),
+}
+
 /// A setting, described.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KnobInfo {
@@ -28,6 +41,9 @@ pub struct KnobInfo {
     pub unit: &'static str,
     /// Range or list of what it takes.
     pub allowed: String,
+    /// The same for who draws a slider.
+    #[serde(skip)]
+    pub kind: KnobKind,
     /// In the default preset.
     pub default: String,
     /// What it does.
@@ -105,6 +121,12 @@ fn describe(knobs: &[Knob<'_>]) -> Vec<KnobInfo> {
         name: knob.name,
         unit: knob.unit,
         allowed: knob.allowed(),
+        kind: match &knob.value {
+            KnobValue::Float { min, max, .. } => KnobKind::Float(*min, *max),
+            KnobValue::Int { min, max, .. } => KnobKind::Int(*min, *max),
+            KnobValue::Bool(_) => KnobKind::Bool,
+            KnobValue::Choice { names, .. } => KnobKind::Choice(names),
+        },
         default: knob.to_string(),
         doc: knob.doc,
     };

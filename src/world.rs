@@ -1,25 +1,31 @@
-//! What rays search: the voxel grid and the BVHs, each built when the first tracer asks for it and kept while nothing
-//! moves, so that swapping stages builds nothing twice.
+//! What rays search: the voxel grid and the BVHs, each built when the first tracer asks for it and kept, so that swapping
+//! stages builds nothing twice. Where something moves, of the grid only the bricks it touches are made anew.
 
 use crate::Error;
 use frame::scene_gpu::{GpuMesh, GpuScene};
-use frame::{FrameLog, Gpu, Knob, Recorder};
+use frame::{Buffer, FrameLog, Gpu, Knob, Recorder};
 use scene::Aabb;
 use tracer::bvh::cwbvh::{self, Cwbvh};
 use tracer::bvh::lbvh::{Lbvh, LbvhBuilder};
-use tracer::{LightList, Search, World};
-use voxel::{VoxelGrid, Voxelizer};
+use tracer::{LightList, RadianceCache, Search, World};
+use voxel::{Rest, VoxelGrid, Voxelizer};
 
 /// The structures that stand, and what builds them.
 pub struct Searches {
     voxelizer: Voxelizer,
     lbvh_builder: LbvhBuilder,
     grid: Option<VoxelGrid>,
+    /// What stands still in the grid, where not all does.
+    rest: Option<Rest>,
     lbvh: Option<Lbvh>,
     cwbvh: Option<Cwbvh>,
+    grid_moved: bool,
     lbvh_moved: bool,
     grid_lights: Option<LightList>,
+    cache: Option<RadianceCache>,
     triangle_lights: Option<LightList>,
+    /// The triangles they were built of.
+    triangles: Option<Buffer>,
 }
 
 /// What a structure is built of.
@@ -33,6 +39,8 @@ pub struct Site<'a> {
     pub bounds: Aabb,
     /// Cells on the longest axis.
     pub grid: u32,
+    /// Voxels keep radiance.
+    pub cache: bool,
 }
 
 impl Searches {
@@ -45,11 +53,15 @@ impl Searches {
             voxelizer: Voxelizer::new(gpu, scene)?,
             lbvh_builder: LbvhBuilder::new(gpu, scene)?,
             grid: None,
+            rest: None,
             lbvh: None,
             cwbvh: None,
+            grid_moved: false,
             lbvh_moved: false,
             grid_lights: None,
+            cache: None,
             triangle_lights: None,
+            triangles: None,
         })
     }
 
@@ -66,15 +78,62 @@ impl Searches {
     /// Another number of cells or another setting of the voxelizer: the grid is built anew when it is asked for.
     pub fn forget_grid(&mut self) {
         self.grid = None;
+        self.rest = None;
         self.grid_lights = None;
+        self.cache = None;
     }
 
-    /// Triangles moved: what depends on their places is built anew, or refitted, when it is asked for.
+    /// Triangles moved: what depends on their places is built anew, refitted, or made anew where they are or were, when
+    /// it is asked for.
     pub fn moved(&mut self) {
-        self.forget_grid();
+        match self.rest {
+            Some(_) => self.grid_moved = true,
+            None => self.forget_grid(),
+        }
         self.cwbvh = None;
         self.lbvh_moved = true;
         self.triangle_lights = None;
+    }
+
+    /// Begins to look for what moved in the grid, so that [`Searches::build`] need not wait for it if there is other work
+    /// for the device in between. Submits what is recorded so far.
+    ///
+    /// # Errors
+    /// Out of memory.
+    pub fn find_moving(
+        &mut self,
+        recorder: &mut Recorder<'_>,
+        what: Search,
+        site: Site<'_>,
+    ) -> Result<(), Error> {
+        self.recognise(site);
+        if self.rest.as_ref().is_some_and(|rest| !self.voxelizer.can_follow(rest, site.mesh)) {
+            self.forget_grid();
+        }
+        if let (Search::Grid, true, Some(grid), Some(rest)) =
+            (what, self.grid_moved, &self.grid, &mut self.rest)
+        {
+            self.voxelizer.mark_moving(recorder, site.scene, site.mesh, grid, rest)?;
+        }
+        Ok(())
+    }
+
+    /// Takes over what a frame counted, once it is done.
+    pub fn settle(&mut self, log: &mut FrameLog) {
+        if let (Some(grid), Some(rest)) = (&mut self.grid, &self.rest) {
+            rest.settle(grid, log);
+        }
+    }
+
+    /// A tessellator says by other buffers that it made another mesh: then nothing that stands is of use.
+    fn recognise(&mut self, site: Site<'_>) {
+        if self.triangles.as_ref().is_some_and(|known| **known != *site.mesh.triangles) {
+            self.forget_grid();
+            self.lbvh = None;
+            self.cwbvh = None;
+            self.triangle_lights = None;
+        }
+        self.triangles = Some(site.mesh.triangles.clone());
     }
 
     /// Makes sure that `what` stands. Submits what is recorded so far where building has to wait for it. The log has what
@@ -90,13 +149,26 @@ impl Searches {
     ) -> Result<FrameLog, Error> {
         let gpu = recorder.gpu();
         let mut log = FrameLog::default();
+        self.recognise(site);
         match what {
-            Search::Grid if self.grid.is_none() => {
-                recorder.flush();
-                let (grid, of_grid) =
-                    self.voxelizer.voxelize(gpu, site.scene, site.mesh, site.bounds, site.grid)?;
-                self.grid = Some(grid);
-                log = of_grid;
+            Search::Grid => {
+                if self.grid.is_none() {
+                    recorder.flush();
+                    log = self.build_grid(gpu, site)?;
+                }
+                if let (true, Some(grid), Some(rest)) = (self.grid_moved, &mut self.grid, &mut self.rest) {
+                    self.voxelizer.revoxelize(recorder, site.scene, site.mesh, grid, rest)?;
+                    if rest.moves_light() {
+                        self.grid_lights = None;
+                    }
+                    match &self.cache {
+                        Some(cache) if cache.is_for(grid) => {
+                            cache.forget_from(recorder, rest.first_moving_record())
+                        }
+                        _ => self.cache = None,
+                    }
+                }
+                self.grid_moved = false;
             }
             Search::Lbvh => match &mut self.lbvh {
                 None => self.lbvh = Some(self.lbvh_builder.build(recorder, site.mesh)?),
@@ -109,7 +181,7 @@ impl Searches {
                 log.counts.insert("bvh_build_cpu_ms".into(), built.build_ms);
                 self.cwbvh = Some(built);
             }
-            Search::Grid | Search::Cwbvh => {}
+            Search::Cwbvh => {}
         }
         if what == Search::Lbvh {
             self.lbvh_moved = false;
@@ -125,6 +197,26 @@ impl Searches {
             }
             _ => {}
         }
+        match (what, &self.grid) {
+            (Search::Grid, Some(grid)) if site.cache && self.cache.is_none() => {
+                self.cache = Some(RadianceCache::new(gpu, grid)?);
+            }
+            _ => {}
+        }
+        Ok(log)
+    }
+
+    /// The whole grid, or what stands still of it.
+    fn build_grid(&mut self, gpu: &Gpu, site: Site<'_>) -> Result<FrameLog, Error> {
+        let Site { scene, mesh, bounds, grid, .. } = site;
+        let (grid, log) = if self.voxelizer.follows(mesh) {
+            let (grid, rest, log) = self.voxelizer.voxelize_rest(gpu, scene, mesh, bounds, grid)?;
+            (self.rest, self.grid_moved) = (Some(rest), true);
+            (grid, log)
+        } else {
+            self.voxelizer.voxelize(gpu, scene, mesh, bounds, grid)?
+        };
+        self.grid = Some(grid);
         Ok(log)
     }
 
@@ -137,6 +229,7 @@ impl Searches {
             lbvh: self.lbvh.as_deref(),
             cwbvh: self.cwbvh.as_ref().map(|built| &built.bvh),
             grid_lights: self.grid_lights.as_ref(),
+            cache: self.cache.as_ref(),
             triangle_lights: self.triangle_lights.as_ref(),
         }
     }

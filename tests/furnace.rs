@@ -59,6 +59,40 @@ fn dark_and_bright_walls_keep_their_share_at_every_bounce() {
     }
 }
 
+/// Balls of every roughness and metalness in a white sky, their base colours white and none of them glowing.
+fn white_balls() -> scene::Scene {
+    let mut scene = scene::Scene::load("spheres").unwrap();
+    for (i, material) in scene.materials.iter_mut().enumerate() {
+        material.base_color = glam::Vec4::ONE;
+        material.emission = glam::Vec3::ZERO;
+        material.anisotropy = if i % 2 == 0 { 0.0 } else { 0.8 };
+    }
+    scene
+}
+
+#[test]
+fn white_balls_vanish_in_a_white_sky() {
+    let settings = RenderSettings {
+        trace_size: [84, 63],
+        display_size: [84, 63],
+        tracer: "bvh_cwbvh".into(),
+        spp: 16,
+        ..furnace(0, 1)
+    };
+    let picture = frame_of(&mut pipeline_of(white_balls(), &settings)).0;
+    // Columns of balls are columns of roughness.
+    for column in 0..7 {
+        let of_column = picture.texels().iter().enumerate().filter(|(i, _)| i % 84 / 12 == column);
+        let values: Vec<f64> = of_column.map(|(_, p)| f64::from(p[1])).collect();
+        let count = values.len() as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let error = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>().sqrt() / count;
+        println!("roughness {:.2}: {mean:.4} +- {error:.4}", column as f64 / 6.0);
+        // Half a percent, and three standard errors.
+        assert!((mean - 1.0).abs() < 0.005 + 3.0 * error, "column {column}: {mean} +- {error}");
+    }
+}
+
 #[test]
 fn the_same_seed_gives_the_same_bits_and_another_does_not() {
     let [first, again, other] = [1, 1, 2].map(|seed| render(&furnace(0, seed)));

@@ -6,8 +6,10 @@
 mod browser;
 mod cli;
 mod compare;
+mod denoise;
 mod furnace;
 mod metrics;
+mod motion;
 mod radiometry;
 mod references;
 mod scenes;

@@ -5,6 +5,10 @@
 //! | "denoised through a two-pass, five-phase blur process" | [`five_phase`] |
 //! | - (Dammertz et al. 2010, for comparison) | [`atrous`] |
 //! | - (Schied et al. 2017, for comparison) | [`svgf`] |
+//! | - (Schied et al. 2018, for comparison) | [`asvgf`] |
+//! | "Mara et al." (2017), named by the paper | [`mara`] |
+//! | - (in the manner of ReBLUR, for comparison) | [`recurrent`] |
+//! | - (the mean over time alone) | [`accumulate`] |
 //! | the same street without a filter, to measure what one is worth | [`identity`] |
 //!
 //! **A new denoiser**: copy the folder `identity/`, rename it, and add one line to [`all`]. The folder's name is the
@@ -22,11 +26,20 @@
 //! - **Roughness belongs to the lobe.** The diffuse lobe is filtered as roughness 1, the specular one as the rougher of
 //!   the surface's two; so mirrors and clear glass, whose light is a picture of something else, stay as they are.
 
+pub mod accumulate;
+pub mod asvgf;
 pub mod atrous;
 pub mod edge;
 pub mod five_phase;
 pub mod identity;
+pub mod light;
+pub mod lobes;
+pub mod mara;
+#[cfg(feature = "oidn")]
+pub mod oidn;
+pub mod recurrent;
 pub mod svgf;
+pub mod temporal;
 
 use frame::info::FrameInfo;
 use frame::{GBuffer, Gpu, GpuError, Knob, RadianceImage, Recorder, Uniform};
@@ -58,9 +71,10 @@ pub struct Guides {
 
 /// Noisy light in, clean light out.
 ///
-/// Promises, tested for every member of [`all`]: constant light stays constant; what comes out is finite where what
-/// went in was not; channels called [`Need::Unused`] do not change one bit; the same frames give the same bits; after
-/// a frame that says `restart`, nothing of earlier frames is left.
+/// Promises, tested for every member of [`all`]: constant light stays constant; light that is not valid ([`light`]) is no
+/// tap, is filled and counted as `denoise_invalid`; the rest keeps its sum within [`Denoiser::energy_bound`]; channels called
+/// [`Need::Unused`] do not change one bit; the same frames give the same bits; after a frame that says `restart`, nothing of
+/// earlier frames is left.
 pub trait Denoiser {
     /// Its folder and its name in [`all`].
     fn name(&self) -> &'static str;
@@ -73,6 +87,11 @@ pub trait Denoiser {
 
     /// Bytes kept from frame to frame.
     fn history_bytes(&self) -> u64;
+
+    /// How far the sum of the light over a plane surface that fills the picture may differ from what came in, relative:
+    /// in one frame without history, whatever is brightest where. At edges a pixel may take more than it gives, and over
+    /// time history stands in for the frame; there the promise is of the mean.
+    fn energy_bound(&self) -> f32;
 
     /// Allocates for pictures of this size, with or without a specular lobe; called before the first frame, and again
     /// when either changes.
@@ -99,12 +118,20 @@ pub type Constructor = fn(&Gpu) -> Result<Box<dyn Denoiser>, GpuError>;
 /// Every denoiser by name.
 pub fn all() -> &'static [(&'static str, Constructor)] {
     &[
-        ("identity", |_| Ok(Box::new(identity::Identity))),
+        ("identity", |gpu| Ok(Box::new(identity::Identity::new(gpu)?))),
         ("five_phase", |gpu| Ok(Box::new(five_phase::FivePhase::new(gpu)?))),
         ("atrous", |gpu| Ok(Box::new(atrous::Atrous::new(gpu)?))),
         ("svgf", |gpu| Ok(Box::new(svgf::Svgf::new(gpu)?))),
+        ("asvgf", |gpu| Ok(Box::new(asvgf::Asvgf::new(gpu)?))),
+        ("recurrent", |gpu| Ok(Box::new(recurrent::Recurrent::new(gpu)?))),
+        ("mara", |gpu| Ok(Box::new(mara::Mara::new(gpu)?))),
+        ("accumulate", |gpu| Ok(Box::new(accumulate::Accumulate::new(gpu)?))),
+        #[cfg(feature = "oidn")]
+        ("oidn", |gpu| Ok(Box::new(oidn::Oidn::new(gpu)?))),
     ]
 }
 
+#[cfg(test)]
+mod fixture;
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,9 @@ use wgpu::{TextureFormat, TextureUsages};
 /// Functions `half_rounded` and `half_is_finite`, for whoever stores into these images.
 pub const HALF_WGSL: &str = include_str!("half.inc.wgsl");
 
-const SAMPLED: TextureUsages = TextureUsages::TEXTURE_BINDING.union(TextureUsages::COPY_SRC);
+// Copied from to look at them, copied to where somebody else drew them.
+const SAMPLED: TextureUsages =
+    TextureUsages::TEXTURE_BINDING.union(TextureUsages::COPY_SRC).union(TextureUsages::COPY_DST);
 
 /// What the camera sees, per pixel: the paper's "same information" that voxels hold, from its gather pass.
 ///
@@ -96,7 +98,7 @@ impl RadianceImage {
     /// # Errors
     /// Too large, or out of memory.
     pub fn lobe(gpu: &Gpu, label: &str, size: [u32; 2]) -> Result<Texture, GpuError> {
-        let usage = SAMPLED | TextureUsages::STORAGE_BINDING | TextureUsages::COPY_DST;
+        let usage = SAMPLED | TextureUsages::STORAGE_BINDING;
         gpu.texture(Room::Radiance, label, [size[0], size[1], 1], 1, Self::FORMAT, usage)
     }
 
@@ -122,7 +124,7 @@ impl ColorImage {
     /// # Errors
     /// Too large, or out of memory.
     pub fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, GpuError> {
-        let usage = SAMPLED | TextureUsages::STORAGE_BINDING | TextureUsages::COPY_DST;
+        let usage = SAMPLED | TextureUsages::STORAGE_BINDING;
         let label = "ColorImage::texture";
         let texture = gpu.texture(Room::Radiance, label, [size[0], size[1], 1], 1, Self::FORMAT, usage)?;
         Ok(Self { texture })

@@ -15,6 +15,7 @@ pub mod info;
 mod kernel;
 mod knob;
 mod recorder;
+pub mod scan;
 pub mod scene_gpu;
 pub mod surface;
 

@@ -65,7 +65,7 @@ impl Listing {
         for Knobs { id, knobs } in self.knobs.iter().flatten().filter(|k| !k.knobs.is_empty()) {
             let _ = writeln!(text, "\nknobs of {id}");
             let mut rest = knobs.iter().peekable();
-            while let Some(KnobInfo { name, unit, allowed, default, doc }) = rest.next() {
+            while let Some(KnobInfo { name, unit, allowed, default, doc, .. }) = rest.next() {
                 let path = format!("{id}.{name}");
                 let space = if unit.is_empty() { "" } else { " " };
                 let _ = writeln!(text, "  {path:32} {default}{space}{unit}  [{allowed}]");

@@ -5,7 +5,9 @@
 mod args;
 mod bar;
 mod compare;
+mod denoise;
 mod info;
+mod line;
 mod list;
 mod metrics;
 mod reference;
@@ -13,8 +15,11 @@ mod render;
 mod report;
 mod table;
 mod values;
+mod view;
 
-pub use args::{Cli, StreetArgs};
+pub use args::Cli;
+pub use line::RenderLine;
+pub use view::StreetArgs;
 
 use crate::Error;
 use args::Command;
@@ -29,6 +34,7 @@ pub fn run() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Reference(args) => reference::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Denoise(args) => denoise::run(&args),
         Command::Metrics(args) => metrics::run(&args),
         Command::List(args) => list::run(&args),
         Command::Info(args) => info::run(&args),

@@ -18,12 +18,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Error> {
     pipeline.warnings().iter().for_each(|warning| bar.note(&format!("warning: {warning}")));
     // Before the work, so that a folder that cannot be made does not cost it.
     output::folder(&args.out)?;
+    // Numbered if frames were asked for, even a single one: scripts can then count on the names.
+    let numbers = args.frames.is_some() || settings.frames > 1;
     let mut frames = Vec::new();
     for index in 0..settings.frames {
         bar.frame(index, settings.frames);
         let rendered = pipeline.render()?;
-        // Numbered if frames were asked for, even a single one: scripts can then count on the names.
-        write(&args.out, args.frames.map(|_| index + 1), args.exposure, pipeline.gpu(), &rendered)?;
+        write(&args.out, numbers.then_some(index + 1), args.exposure, pipeline.gpu(), &rendered)?;
         frames.push(log::Frame::of(&rendered.log));
     }
     drop(bar);

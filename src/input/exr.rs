@@ -26,6 +26,13 @@ pub struct Layers {
 }
 
 impl Layers {
+    /// Made up by a test.
+    #[cfg(test)]
+    pub(crate) fn of(size: [u32; 2], channels: &[(&str, &[f32])]) -> Self {
+        let channels = channels.iter().map(|(name, values)| ((*name).into(), values.to_vec())).collect();
+        Self { size, channels }
+    }
+
     /// Pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size
@@ -64,7 +71,7 @@ impl Layers {
     }
 
     /// The layer that is the picture: the unnamed one, one whose name says so, or the only one that has colour.
-    fn picture(&self) -> Option<&str> {
+    pub fn picture(&self) -> Option<&str> {
         let colored = self.colored();
         let is_beauty = |layer: &str| {
             let last = layer.rsplit('.').next().unwrap_or(layer).to_lowercase();

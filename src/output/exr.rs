@@ -26,6 +26,19 @@ pub fn color_exr(path: &Path, color: &Image<[f32; 3]>) -> Result<(), Error> {
     write(path, color.size(), planes("", "RGB", color.texels().iter().copied()))
 }
 
+/// Writes the light of both lobes, layers `denoised_diffuse` and `denoised_specular`.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn lobes_exr(path: &Path, lobes: &[Image<[f32; 3]>; 2]) -> Result<(), Error> {
+    let names = ["denoised_diffuse.", "denoised_specular."];
+    let channels = names
+        .into_iter()
+        .zip(lobes)
+        .flat_map(|(name, lobe)| planes(name, "RGB", lobe.texels().iter().copied()));
+    write(path, lobes[0].size(), channels.collect())
+}
+
 /// Writes what travelled at trace size: light before and after the denoiser, and what guided it.
 ///
 /// Light is unscaled radiance, its A the mean length of the lobe's first segments in metres; `albedo` is the base

@@ -5,7 +5,7 @@ mod file;
 pub mod log;
 mod png;
 
-pub use exr::{color_exr, light_exr};
+pub use exr::{color_exr, light_exr, lobes_exr};
 pub use file::{folder, write};
 pub use png::color_png;
 

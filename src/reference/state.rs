@@ -1,6 +1,6 @@
 //! `reference.state`: all that a run needs to go on, written whole or not at all.
 //!
-//! A first line that names the format, a line of JSON with what was rendered, then little endian: the count (u64), sums
+//! A first line that names the format, a line of JSON with what was rendered, then little endian: samples and batches (u64), sums
 //! and sums of squares (3 f64 a pixel each), and a checksum (CRC-32) of all before it. A file that does not hold what it
 //! says is refused, never guessed from.
 
@@ -9,7 +9,7 @@ use crate::{Error, output};
 use serde_json::Value;
 use std::path::Path;
 
-const FORMAT: &str = "gridlight reference 1";
+const FORMAT: &str = "gridlight reference 2";
 
 /// Writes the state of a run that renders `key`.
 ///
@@ -18,6 +18,7 @@ const FORMAT: &str = "gridlight reference 1";
 pub fn write(path: &Path, key: &Value, moments: &Moments) -> Result<(), Error> {
     let mut bytes = format!("{FORMAT}\n{key}\n").into_bytes();
     bytes.extend(moments.count.to_le_bytes());
+    bytes.extend(moments.batches.to_le_bytes());
     for value in moments.sums.iter().chain(&moments.squares).flatten() {
         bytes.extend(value.to_le_bytes());
     }
@@ -57,12 +58,13 @@ pub fn read(path: &Path, key: &Value, size: [u32; 2]) -> Result<Option<Moments>,
     let mut moments = Moments::new(size);
     let pixels = moments.sums.len();
     let (words, rest) = body.as_chunks::<8>();
-    if words.len() != 1 + 6 * pixels || !rest.is_empty() {
-        let expected = 8 + 48 * pixels;
+    if words.len() != 2 + 6 * pixels || !rest.is_empty() {
+        let expected = 16 + 48 * pixels;
         return Err(broken(&format!("{} bytes of sums instead of {expected}", body.len())));
     }
-    let (count, words) = words.split_first().ok_or_else(|| broken("it holds no sums"))?;
+    let ([count, batches], words) = words.split_first_chunk().ok_or_else(|| broken("it holds no sums"))?;
     moments.count = u64::from_le_bytes(*count);
+    moments.batches = u64::from_le_bytes(*batches);
     let places = moments.sums.iter_mut().chain(&mut moments.squares).flatten();
     for (place, word) in places.zip(words) {
         *place = f64::from_le_bytes(*word);
@@ -99,6 +101,7 @@ mod tests {
         let path = scratch("whole");
         let mut moments = Moments::new([2, 1]);
         moments.count = 5;
+        moments.batches = 2;
         moments.sums = vec![[0.1, 1e-300, 3.0], [f64::MAX, 0.0, 2.0]];
         moments.squares[1] = [7.0, 8.0, 9.0];
         let key = json!({ "scene": "a\nb", "grid": 64 });

@@ -3,9 +3,11 @@
 //! Units: pixels, metres, seconds, radians, linear Rec. 709 radiance. Nothing here touches a GPU; [`open`] turns the
 //! parts about the scene into a loaded [`scene::Scene`] and a camera.
 
+pub mod camera_path;
 pub mod case;
 pub mod open;
 
+pub use camera_path::{CameraKey, CameraPath};
 pub use case::Case;
 
 use serde::{Serialize, Serializer};
@@ -122,6 +124,33 @@ pub enum Preset {
     Gltf,
 }
 
+impl Preset {
+    /// What it sets, as (stage, knob, value); the rest stays as the stages have it.
+    pub fn knobs(self) -> &'static [(&'static str, &'static str, &'static str)] {
+        match self {
+            Self::Default => &[],
+            Self::Paper => &[
+                ("voxel", "elevation", "voxel"),
+                ("voxel", "axes", "dominant"),
+                ("tracer", "samples", "roughness"),
+                ("tracer", "lobe", "paper"),
+                ("tracer", "fresnel", "schlick"),
+                ("tracer", "noise", "paper"),
+                ("tracer", "one_lobe", "on"),
+                ("tracer", "shadow_rays", "off"),
+                ("tracer", "next_event", "off"),
+                ("tracer", "both_branches", "off"),
+                ("best_candidate", "plane_test", "off"),
+            ],
+            Self::Gltf => &[
+                ("gather", "mips", "off"),
+                ("gather", "bend", "off"),
+                ("tracer", "conventions", "reference"),
+            ],
+        }
+    }
+}
+
 /// Where the camera comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -132,6 +161,8 @@ pub enum View {
     Camera(usize),
     /// Given in full.
     LookAt(LookAt),
+    /// Moves with the animation time.
+    Path(CameraPath),
 }
 
 /// A camera in numbers.
@@ -145,6 +176,31 @@ pub struct LookAt {
     pub up: [f32; 3],
     /// Vertical field of view, radians.
     pub vfov: f32,
+}
+
+impl LookAt {
+    /// The field of view in degrees that convert to exactly its radians, where there are such.
+    pub fn vfov_degrees(&self) -> f32 {
+        exact_degrees(self.vfov)
+    }
+}
+
+/// Degrees that convert to exactly these radians, where there are such.
+pub(crate) fn exact_degrees(radians: f32) -> f32 {
+    nearest(radians.to_degrees(), |degrees| degrees.to_radians() == radians)
+}
+
+/// The float nearest to a guess, up or down, that is right; the guess where none near it is.
+pub(crate) fn nearest(guess: f32, is_right: impl Fn(f32) -> bool) -> f32 {
+    let (mut up, mut down) = (guess, guess);
+    // The conversion there and back rounds twice: a few steps reach what rounds alike.
+    for _ in 0..16 {
+        match [up, down].into_iter().find(|value| is_right(*value)) {
+            Some(value) => return value,
+            None => [up, down] = [up.next_up(), down.next_down()],
+        }
+    }
+    guess
 }
 
 /// One `--set ID.knob=value`.

@@ -2,7 +2,7 @@
 //!
 //! The scene's own sky and sun stand unless the settings replace them; a scene that nothing lights gets a white sky.
 
-use super::{RenderSettings, SkySetting, View};
+use super::{LookAt, RenderSettings, SkySetting, View};
 use crate::Error;
 use glam::Vec3;
 use scene::{Camera, Scene, Sky, Sun};
@@ -58,13 +58,18 @@ pub fn camera(settings: &RenderSettings, scene: &Scene, time: f32) -> Result<Cam
             index: *index,
             count: scene.cameras.len(),
         }),
-        View::LookAt(view) => Ok(Camera {
-            name: String::new(),
-            eye: view.eye.into(),
-            target: view.target.into(),
-            up: view.up.into(),
-            vfov: view.vfov,
-        }),
+        View::LookAt(view) => Ok(look_at(view)),
+        View::Path(path) => Ok(look_at(&path.at(time))),
+    }
+}
+
+fn look_at(view: &LookAt) -> Camera {
+    Camera {
+        name: String::new(),
+        eye: view.eye.into(),
+        target: view.target.into(),
+        up: view.up.into(),
+        vfov: view.vfov,
     }
 }
 

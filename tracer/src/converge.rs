@@ -1,7 +1,7 @@
-//! Images that converge: the sums of many unrounded paths per pixel, what every error is measured against.
+//! Images that converge: the sum of many unrounded paths per pixel, what every error is measured against.
 //!
 //! In: the [`World`], a camera (its jitter is not used: each sample looks through a random point of its pixel), and the number of samples. Out:
-//! per pixel the sum of radiance and of its square (linear, times `radiance_scale`). Searching triangles it gives the
+//! per pixel the sum of radiance (linear, times `radiance_scale`). Searching triangles it gives the
 //! true image; searching the grid, the image that paths through the same voxels give without noise or filter. Camera
 //! rays always meet triangles, as the gathered G-buffer does. See `path/camera.rs`.
 
@@ -13,7 +13,7 @@ use frame::{Gpu, GpuError, Recorder, Uniform};
 use std::ops::Range;
 use voxel::RecordLayout;
 
-/// Sums of one pixel's samples.
+/// Sum of one pixel's samples.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Moment {
@@ -21,10 +21,6 @@ pub struct Moment {
     pub sum: [f32; 3],
     /// Samples.
     pub count: f32,
-    /// Of the squares.
-    pub sum_of_squares: [f32; 3],
-    /// The shader counts in vectors of four.
-    pub _pad: f32,
 }
 
 /// Kernels and buffers of one structure, one scene, one size.
@@ -94,7 +90,7 @@ impl Converger {
         let Some(lights) = world.lights(self.search) else {
             unreachable!("they stand with the structure");
         };
-        let of_paths = Searched { resources: &of_paths, worst_case, lights };
+        let of_paths = Searched { resources: &of_paths, worst_case, lights, cache: None };
         let resources = Resources { of_camera: &of_camera, of_paths };
         self.paths.record(recorder, uniform, world.scene, &resources, settings, band.start, samples);
     }

@@ -18,7 +18,8 @@ pub use bvh_trace::BvhTracer;
 pub use converge::{Converger, Moment};
 pub use gather::Gather;
 pub use lights::LightList;
-pub use path::{Conventions, PathSettings, SampleRule};
+pub use noise::Noise;
+pub use path::{Conventions, PathBuild, PathChoices, PathSettings, RadianceCache, SampleRule};
 pub use voxel_trace::VoxelTracer;
 
 use bvh::Bvh;
@@ -41,6 +42,8 @@ pub struct World<'a> {
     pub cwbvh: Option<&'a Bvh>,
     /// Emitters as the grid holds them; stands with the grid.
     pub grid_lights: Option<&'a LightList>,
+    /// What the voxels keep, if a chosen tracer's settings ask for it ([`PathBuild::cache`]).
+    pub cache: Option<&'a RadianceCache>,
     /// Emitters among the triangles; stands with a BVH.
     pub triangle_lights: Option<&'a LightList>,
 }

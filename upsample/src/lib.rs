@@ -4,7 +4,9 @@
 //! | --- | --- |
 //! | "an outward search from the center fragment to find the best candidate" | [`best_candidate`] |
 //! | "its light amount is modulated with the center fragment's albedo" | [`modulate`], for every upsampler |
-//! | the texel under the pixel, to measure what the search is worth | [`nearest`] |
+//! | the texel under the pixel, or the mean of four, to measure what the search is worth | [`nearest`], [`bilinear`] |
+//! | ours: four pixels of the same surface; many jittered frames | [`joint_bilateral`], [`temporal`] |
+//! | the field's: the finished picture made larger | [`fsr1`] |
 //!
 //! **A new upsampler**: copy the folder `nearest/`, rename it, and add one line to [`all`]. The folder's name is the
 //! upsampler's name, on the command line too. It chooses or mixes light of the trace size; what it ends with goes
@@ -16,8 +18,13 @@
 //! pixel, do not mix several.
 
 pub mod best_candidate;
+pub mod bilinear;
+pub mod fsr1;
+pub mod joint_bilateral;
 pub mod modulate;
 pub mod nearest;
+pub mod search;
+pub mod temporal;
 
 use frame::info::FrameInfo;
 use frame::scene_gpu::GpuScene;
@@ -37,17 +44,24 @@ pub trait Upsampler {
     /// Bytes kept from frame to frame.
     fn history_bytes(&self) -> u64;
 
-    /// Where in its pixel the trace-size gather should look, in trace pixels from the centre; asked before gather.
+    /// Where in its pixel the trace-size gather should look, in trace pixels from the centre; asked before gather. The
+    /// display-size gather is never jittered.
     fn jitter(&self, _frame_index: u32) -> [f32; 2] {
         [0.0; 2]
     }
 
-    /// Allocates for pictures of this size, with or without a specular lobe; called before the first frame, and again
-    /// when either changes.
+    /// Allocates for pictures of these sizes, with or without a specular lobe; called before the first frame, and again
+    /// when any of them changes.
     ///
     /// # Errors
     /// Too large, or out of memory.
-    fn resize(&mut self, gpu: &Gpu, display_size: [u32; 2], specular: bool) -> Result<(), GpuError>;
+    fn resize(
+        &mut self,
+        gpu: &Gpu,
+        trace_size: [u32; 2],
+        display_size: [u32; 2],
+        specular: bool,
+    ) -> Result<(), GpuError>;
 
     /// Records its passes, named `upsample/NAME…`. `trace` and `light` have the frame's trace size, `display` and
     /// `direct` its display size; `direct` is light found elsewhere (a sun's shadow map) under the same modulators.
@@ -72,7 +86,11 @@ pub type Constructor = fn(&Gpu) -> Result<Box<dyn Upsampler>, GpuError>;
 pub fn all() -> &'static [(&'static str, Constructor)] {
     &[
         ("nearest", |gpu| Ok(Box::new(nearest::Nearest::new(gpu)?))),
+        ("bilinear", |gpu| Ok(Box::new(bilinear::Bilinear::new(gpu)?))),
         ("best_candidate", |gpu| Ok(Box::new(best_candidate::BestCandidate::new(gpu)?))),
+        ("joint_bilateral", |gpu| Ok(Box::new(joint_bilateral::JointBilateral::new(gpu)?))),
+        ("temporal", |gpu| Ok(Box::new(temporal::Temporal::new(gpu)?))),
+        ("fsr1", |gpu| Ok(Box::new(fsr1::Fsr1::new(gpu)?))),
     ]
 }
 

@@ -5,7 +5,7 @@ use crate::modulate::reference::{Guides, Inputs, Light};
 use crate::{Upsampler, all};
 use frame::brdf::{self, BrdfTable};
 use frame::cpu::Image;
-use frame::info::FrameInfo;
+use frame::info::{Frame, FrameInfo};
 use frame::scene_gpu::{GpuScene, SceneOptions};
 use frame::surface::{Surface, hash};
 use frame::{FrameLog, GBuffer, Gpu, RadianceImage, Recorder, Room, Texture};
@@ -50,9 +50,20 @@ impl Stand {
     /// Runs an upsampler once.
     pub(crate) fn upsample(&self, upsampler: &mut dyn Upsampler, shot: &Shot) -> (Vec<[f16; 4]>, FrameLog) {
         let gpu = &self.gpu;
+        let FrameInfo { trace_size, display_size, .. } = shot.frame;
+        upsampler.resize(gpu, trace_size, display_size, shot.light.specular.is_some()).unwrap();
+        self.upsample_next(upsampler, shot)
+    }
+
+    /// Runs it for a frame after others.
+    pub(crate) fn upsample_next(
+        &self,
+        upsampler: &mut dyn Upsampler,
+        shot: &Shot,
+    ) -> (Vec<[f16; 4]>, FrameLog) {
+        let gpu = &self.gpu;
         let light = shot.light.upload(gpu);
         let direct = shot.direct.as_ref().map(|direct| direct.upload(gpu));
-        upsampler.resize(gpu, shot.frame.display_size, light.specular.is_some()).unwrap();
         let mut recorder = Recorder::new(gpu);
         let uniform = recorder.uniform(&shot.frame.uniform());
         let picture = upsampler.upsample(
@@ -60,9 +71,9 @@ impl Stand {
             &shot.frame,
             &uniform,
             &self.scene,
-            &shot.trace.upload(gpu),
+            &shot.trace.upload(gpu, None),
             &light,
-            &shot.display.upload(gpu),
+            &shot.display.upload(gpu, Some(&shot.motion)),
             direct.as_ref(),
         );
         let log = recorder.finish().unwrap();
@@ -99,10 +110,18 @@ pub(crate) struct Shot {
     pub(crate) light: Light,
     pub(crate) display: Guides,
     pub(crate) direct: Option<Light>,
+    /// Motion (display pixels) and object of each display pixel.
+    pub(crate) motion: Image<([f32; 2], u32)>,
 }
 
 /// What a view ray meets: metres and surface.
 pub(crate) type World = fn(Vec3) -> Option<(f32, Surface)>;
+
+fn direction(uniform: &Frame, point: Vec2, size: [u32; 2]) -> Vec3 {
+    let ndc = Vec2::new(2.0, -2.0) * (point / UVec2::from(size).as_vec2()) + Vec2::new(-1.0, 1.0);
+    let [forward, right, up] = [uniform.forward, uniform.right, uniform.up].map(Vec3::from);
+    (forward + ndc.x * right + ndc.y * up).normalize()
+}
 
 /// A glossy wall across the view, a Lambert one along it to the right, and nothing above.
 pub(crate) fn corner(direction: Vec3) -> Option<(f32, Surface)> {
@@ -123,6 +142,16 @@ pub(crate) fn corner(direction: Vec3) -> Option<(f32, Surface)> {
 impl Shot {
     /// A world seen at both sizes; light 0, one sample in each lobe.
     pub(crate) fn of(world: World, trace_size: [u32; 2], display_size: [u32; 2]) -> Self {
+        Self::of_jittered(world, trace_size, display_size, [0.0; 2])
+    }
+
+    /// The same, at trace size through jittered points.
+    pub(crate) fn of_jittered(
+        world: World,
+        trace_size: [u32; 2],
+        display_size: [u32; 2],
+        jitter: [f32; 2],
+    ) -> Self {
         let camera = scene::Camera {
             name: String::new(),
             eye: Vec3::new(1.0, 2.0, 3.0),
@@ -135,7 +164,7 @@ impl Shot {
             camera,
             trace_size,
             display_size,
-            jitter: [0.0; 2],
+            jitter,
             previous_jitter: [0.0; 2],
             frame_index: 0,
             seed: 1,
@@ -147,12 +176,10 @@ impl Shot {
             sun_elsewhere: false,
         };
         let uniform = frame.uniform();
-        let guides = |size: [u32; 2]| {
+        let guides = |size: [u32; 2], jitter: [f32; 2]| {
             let hit = |x: u32, y: u32| {
-                let point = (Vec2::new(x as f32, y as f32) + 0.5) / UVec2::from(size).as_vec2();
-                let ndc = Vec2::new(2.0, -2.0) * point + Vec2::new(-1.0, 1.0);
-                let [forward, right, up] = [uniform.forward, uniform.right, uniform.up].map(Vec3::from);
-                world((forward + ndc.x * right + ndc.y * up).normalize())
+                let point = Vec2::new(x as f32, y as f32) + 0.5 + Vec2::from(jitter);
+                world(direction(&uniform, point, size))
             };
             Guides {
                 surface: Image::from_fn(size, |x, y| {
@@ -166,13 +193,26 @@ impl Shot {
             specular: Some(Image::filled(trace_size, [0.0; 4])),
             samples: Image::filled(trace_size, 0x1_0001),
         };
-        Self { frame, trace: guides(trace_size), light, display: guides(display_size), direct: None }
+        let motion = Image::filled(display_size, ([0.0; 2], 1));
+        Self {
+            frame,
+            trace: guides(trace_size, jitter),
+            light,
+            display: guides(display_size, [0.0; 2]),
+            direct: None,
+            motion,
+        }
     }
 
     /// Random light between 0 and 4, and every fifth pixel without a sample.
     pub(crate) fn with_random_light(mut self, seed: u32) -> Self {
         self.light = random_light(self.frame.trace_size, seed);
         self
+    }
+
+    /// Of the view ray through a point of a picture of this size.
+    pub(crate) fn direction(&self, point: Vec2, size: [u32; 2]) -> Vec3 {
+        direction(&self.frame.uniform(), point, size)
     }
 
     pub(crate) fn display_surface(&self, pixel: UVec2) -> Surface {
@@ -185,6 +225,25 @@ impl Shot {
         let pixel = move |i: u32| UVec2::new(i % width, i / width);
         (0..).zip(self.display.distance.texels()).map(move |(i, distance)| (pixel(i), *distance > 0.0))
     }
+}
+
+/// Tilts every normal a little, and changes every third surface to metal, glass or black.
+pub(crate) fn roughen(guides: &mut Guides, seed: u32) {
+    let size = guides.surface.size();
+    let texels = guides.surface.texels().iter().enumerate().map(|(i, words)| {
+        let draw = |what: u32| random(seed + what, i as u32);
+        let mut surface = Surface::unpack_gbuffer(*words);
+        let tilt = Vec3::new(draw(0), draw(1), draw(2)) - 0.5;
+        surface.normal = (surface.normal + 0.7 * tilt).normalize();
+        match (9.0 * draw(3)) as u32 {
+            0 => surface.metalness = 1.0,
+            1 => (surface.transmission, surface.f0) = (1.0, 0.04),
+            2 => surface.base = Vec3::ZERO,
+            _ => {}
+        }
+        surface.pack_gbuffer(i as u32)
+    });
+    guides.surface = Image::from_texels(size, texels.collect()).unwrap();
 }
 
 pub(crate) fn random_light(size: [u32; 2], seed: u32) -> Light {
@@ -213,13 +272,17 @@ impl Light {
 }
 
 impl Guides {
-    fn upload(&self, gpu: &Gpu) -> GBuffer {
+    fn upload(&self, gpu: &Gpu, motion: Option<&Image<([f32; 2], u32)>>) -> GBuffer {
         let size = self.distance.size();
+        let packed = |([x, y], object): ([f32; 2], u32)| {
+            [u32::from(f16::from_f32(x).to_bits()) | (u32::from(f16::from_f32(y).to_bits()) << 16), object]
+        };
+        let motion_id = motion.map_or(Image::filled(size, [0; 2]), |motion| motion.map(packed));
         GBuffer {
             surface: upload(gpu, size, TextureFormat::Rgba32Uint, self.surface.texels()),
             distance: upload(gpu, size, TextureFormat::R32Float, self.distance.texels()),
             face_normal: upload(gpu, size, TextureFormat::R32Uint, self.distance.map(|_| 0u32).texels()),
-            motion_id: upload(gpu, size, TextureFormat::Rg32Uint, self.distance.map(|_| [0u32; 2]).texels()),
+            motion_id: upload(gpu, size, TextureFormat::Rg32Uint, motion_id.texels()),
         }
     }
 }
@@ -310,6 +373,10 @@ fn constant_light_becomes_the_modulators() {
     // Lambert surfaces get no specular light from elsewhere, so none is given where both kinds of surface are.
     shot.light.specular = None;
     each(|stand, name, upsampler| {
+        // What enlarges a finished picture has that picture's surfaces, not the display's.
+        if name == "fsr1" {
+            return;
+        }
         let (picture, _) = stand.upsample(upsampler, &shot);
         for ((pixel, _), found) in shot.pixels().zip(&picture).filter(|((_, is_hit), _)| *is_hit) {
             let expected = stand.modulated(&shot, pixel, Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO);

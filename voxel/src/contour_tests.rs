@@ -108,7 +108,7 @@ fn conservative_voxels_miss_no_point_of_a_triangle() {
     let triangles = crate::test_scenes::soup(400, 0.5);
     let scene = upload(&gpu, &[(Material::lambert("", Vec3::ONE), triangles.clone())]);
     let mut voxelizer = Voxelizer::new(&gpu, &scene).unwrap();
-    frame::set_knob(&mut voxelizer.knobs(), "thickness", "conservative").unwrap();
+    frame::set_knob(&mut voxelizer.knobs(), "cover", "conservative").unwrap();
     let built = build(&gpu, &mut voxelizer, &scene, UNIT, GRID);
     let cells: HashSet<IVec3> = built.cells().into_iter().collect();
     let mut random = Random(8);
@@ -126,10 +126,14 @@ fn conservative_voxels_miss_no_point_of_a_triangle() {
         }
     }
     // The mean of |n|_1 over directions is 1.5, that of |n|_inf 0.83 (design, 1.4); edges add to both.
-    frame::set_knob(&mut voxelizer.knobs(), "thickness", "thin").unwrap();
+    frame::set_knob(&mut voxelizer.knobs(), "cover", "thin").unwrap();
     let thin = build(&gpu, &mut voxelizer, &scene, UNIT, GRID).voxels.voxel_count;
     println!("{} conservative, {thin} thin", cells.len());
     frame::set_knob(&mut voxelizer.knobs(), "contours", "on").unwrap();
     let refused = voxelizer.voxelize(&gpu, &scene, &scene.mesh, UNIT, GRID).map(|_| ());
     assert!(matches!(refused, Err(VoxelError::ThinContours)), "{refused:?}");
+    frame::set_knob(&mut voxelizer.knobs(), "cover", "auto").unwrap();
+    frame::set_knob(&mut voxelizer.knobs(), "voxelizer", "compute").unwrap();
+    let refused = voxelizer.voxelize(&gpu, &scene, &scene.mesh, UNIT, GRID).map(|_| ());
+    assert!(matches!(refused, Err(VoxelError::ComputedContours)), "{refused:?}");
 }

@@ -75,10 +75,24 @@ pub(crate) fn soup(count: u32, size: f32) -> Vec<[Vec3; 3]> {
         .collect()
 }
 
-/// On the device, one material and one object per part, normals those of the faces.
-pub(crate) fn upload(gpu: &Gpu, parts: &[Part]) -> GpuScene {
-    let mut scene = Scene::load("furnace").unwrap();
-    scene.materials = parts.iter().map(|(material, _)| material.clone()).collect();
+/// A part per triangle, each with its number as base colour: six bits per channel, in the upper bits of the code, because
+/// a code that differs in the last bit between the powers of the CPU and the device may be rounded to its neighbour.
+pub(crate) fn numbered(triangles: &[[Vec3; 3]]) -> Vec<Part> {
+    let code = |number: usize, shift: u32| {
+        frame::surface::linear_from_srgb((4 * ((number >> shift) & 63) + 1) as f32 / 255.0)
+    };
+    let color = |number: usize| Vec3::new(code(number, 0), code(number, 6), code(number, 12));
+    triangles.iter().enumerate().map(|(n, t)| (Material::lambert("", color(n)), vec![*t])).collect()
+}
+
+/// The number in a record.
+pub(crate) fn number(record: [u32; 4]) -> u32 {
+    let channel = |shift: u32| (record[1] >> (shift + 2)) & 63;
+    channel(0) | (channel(8) << 6) | (channel(16) << 12)
+}
+
+/// One material and one object per part, normals those of the faces; parts from `first_moving` on move.
+pub(crate) fn geometry(parts: &[Part], first_moving: usize) -> Geometry {
     let mut geometry = Geometry::default();
     for (object, (_, triangles)) in (0..).zip(parts) {
         let vertices =
@@ -95,9 +109,22 @@ pub(crate) fn upload(gpu: &Gpu, parts: &[Part]) -> GpuScene {
             geometry.triangles.push(Triangle { vertices: [v, v + 1, v + 2], material: object, object });
         }
         let triangles = first..geometry.triangles.len() as u32;
-        geometry.objects.push(Object { name: String::new(), vertices, triangles, moving: false });
+        let moving = object as usize >= first_moving;
+        geometry.objects.push(Object { name: String::new(), vertices, triangles, moving });
     }
-    GpuScene::new(gpu, &scene, &geometry, &SceneOptions::default()).unwrap().0
+    geometry
+}
+
+/// On the device, nothing moves.
+pub(crate) fn upload(gpu: &Gpu, parts: &[Part]) -> GpuScene {
+    upload_geometry(gpu, parts, &geometry(parts, parts.len()))
+}
+
+/// On the device, with the materials of parts.
+pub(crate) fn upload_geometry(gpu: &Gpu, parts: &[Part], geometry: &Geometry) -> GpuScene {
+    let mut scene = Scene::load("furnace").unwrap();
+    scene.materials = parts.iter().map(|(material, _)| material.clone()).collect();
+    GpuScene::new(gpu, &scene, geometry, &SceneOptions::default()).unwrap().0
 }
 
 /// A grid on the device with everything in it read back.
@@ -121,15 +148,19 @@ pub(crate) fn build(
     grid: u32,
 ) -> Built {
     let (voxels, log) = voxelizer.voxelize(gpu, scene, &scene.mesh, bounds, grid).unwrap();
-    let layout = Layout { origin: voxels.origin, voxel_size: voxels.voxel_size, cells: voxels.cells };
-    let structure = gpu.read_buffer(&voxels.structure).unwrap();
-    let records = voxels.record.expand(&gpu.read_buffer(&voxels.records).unwrap());
-    let uniform = crate::Grid { contours: u32::from(voxels.contours), ..layout.uniform(0) };
-    let grid = CpuGrid { grid: uniform, structure, voxel_count: voxels.voxel_count };
-    Built { voxels, log, grid, layout, records }
+    Built::read(gpu, voxels, log)
 }
 
 impl Built {
+    pub(crate) fn read(gpu: &Gpu, voxels: VoxelGrid, log: FrameLog) -> Self {
+        let layout = Layout { origin: voxels.origin, voxel_size: voxels.voxel_size, cells: voxels.cells };
+        let structure = gpu.read_buffer(&voxels.structure).unwrap();
+        let records = voxels.record.expand(&gpu.read_buffer(&voxels.records).unwrap());
+        let uniform = crate::Grid { contours: u32::from(voxels.contours), ..layout.uniform(0) };
+        let grid = CpuGrid { grid: uniform, structure, voxel_count: voxels.voxel_count };
+        Self { voxels, log, grid, layout, records }
+    }
+
     pub(crate) fn cells(&self) -> Vec<IVec3> {
         self.grid.cells()
     }

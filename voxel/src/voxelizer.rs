@@ -1,19 +1,24 @@
 //! The whole way from triangles to a [`VoxelGrid`], once at load.
 //!
 //! mark bricks -> scan -> slots and skip levels -> per batch of bricks: vote until nothing changes -> masks -> scan ->
-//! list -> factors of emitters -> resolve. Sizes are read back where the next buffer depends on them, so everything is
-//! allocated exactly; keys and lists are given back at the end.
+//! list -> factors of emitters -> bends -> resolve. Sizes are read back where the next buffer depends on them, so everything is
+//! allocated exactly; keys and lists are given back at the end. Where something moves, this is the way of what stands
+//! still, and [`crate::revoxelize`] adds the rest frame by frame.
 
-use crate::emitters::{Emitters, Factors};
+use crate::bend::{BEND_WORDS, Bend};
+use crate::cover::{Finders, Found};
+use crate::emitters::{Counted, Emitters, Factors};
 use crate::grid::{BRICK_CELLS, Layout};
-use crate::raster::{Axes, Bend, Input, MOST_TRIANGLES, Raster, Thickness};
+use crate::raster::{Axes, Input, MOST_TRIANGLES, Raster, Rounds};
 use crate::record::RecordLayout;
 use crate::resolve::{self, ResolveParams};
-use crate::structure::{Batch, Structure, rows};
-use crate::{Grid, VoxelError, VoxelGrid};
+use crate::revoxelize::{Rest, Revoxelizer};
+use crate::structure::{Batch, Structure, Sums, rows};
+use crate::{Cover, Grid, VoxelError, VoxelGrid};
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Buffer, FrameLog, Gpu, GpuError, Kernel, Knob, Recorder, Room};
 use scene::Aabb;
+use std::ops::Range;
 use wgpu::BufferUsages;
 
 /// Bricks whose keys fill the 128 MiB that a binding may have by default.
@@ -21,31 +26,56 @@ const MOST_SLOTS: u32 = 65_536;
 
 /// Turns triangles into voxels.
 pub struct Voxelizer {
-    thin: Raster,
-    conservative: Option<Raster>,
-    structure: Structure,
-    emitters: Emitters,
-    resolve: Kernel,
+    pub(crate) finders: Finders,
+    pub(crate) structure: Structure,
+    pub(crate) emitters: Emitters,
+    pub(crate) resolve: Kernel,
+    /// Made when something moves.
+    pub(crate) revoxelizer: Option<Revoxelizer>,
     elevation: u32,
+    voxelizer: u32,
+    cover: u32,
     axes: u32,
     contours: u32,
-    thickness: u32,
+    rebuild: u32,
     /// Bricks whose keys are held at a time.
     pub(crate) slots_per_batch: u32,
 }
 
 /// What all batches share.
 struct Build<'a> {
-    raster: &'a Raster,
-    bend: Bend,
     input: Input<'a>,
+    record: RecordLayout,
     factors: Option<Factors>,
     structure: Buffer,
     bricks: Buffer,
     keys: Buffer,
-    changed: Buffer,
-    rounds: u32,
-    atomic_rounds: u32,
+    rounds: Rounds,
+    found: Found,
+    /// Whether the winner of each voxel is kept.
+    keeps: bool,
+}
+
+/// What a build leaves.
+struct Built {
+    grid: VoxelGrid,
+    layout: Layout,
+    /// Per record the key of its winner; empty unless they are kept.
+    kept: Buffer,
+    /// Its bends; empty unless they are kept.
+    bends: Buffer,
+    counted: Vec<Counted>,
+    factors: Option<Factors>,
+    log: FrameLog,
+}
+
+/// A batch's part of what is joined at the end.
+struct Part {
+    records: Buffer,
+    count: u32,
+    /// Keys of winners and bends.
+    kept: Option<[Buffer; 2]>,
+    slot_count: u32,
 }
 
 impl Voxelizer {
@@ -55,15 +85,17 @@ impl Voxelizer {
     /// The driver refuses a kernel.
     pub fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, VoxelError> {
         Ok(Self {
-            thin: Raster::new(gpu, scene, Thickness::Thin)?,
-            conservative: None,
+            finders: Finders::new(gpu, scene)?,
             structure: Structure::new(gpu)?,
             emitters: Emitters::new(gpu, RecordLayout::of(&scene.needs))?,
             resolve: resolve::kernel(gpu, scene)?,
+            revoxelizer: None,
             elevation: 0,
+            voxelizer: 0,
+            cover: 0,
             axes: 0,
             contours: 0,
-            thickness: 0,
+            rebuild: 0,
             slots_per_batch: MOST_SLOTS,
         })
     }
@@ -80,18 +112,25 @@ impl Voxelizer {
                  says; 1.25 % of starts then lie inside their own surface.",
             ),
             Knob::choice(
+                "voxelizer",
+                &mut self.voxelizer,
+                &["raster", "compute"],
+                "Who finds the cells of a triangle. `raster`: the rasterizer, as in the paper. `compute`: tests of boxes \
+                 against triangles, binned to bricks.",
+            ),
+            Knob::choice(
+                "cover",
+                &mut self.cover,
+                &["auto", "thin", "conservative"],
+                "Which cells those are. `thin`: enough to stop a ray. `conservative`: all that a triangle passes, 1.8 \
+                 times as many. `auto`: conservative with contours, thin without.",
+            ),
+            Knob::choice(
                 "contours",
                 &mut self.contours,
                 &["off", "on"],
                 "What a ray meets of a voxel. `off`: its cube. `on`: the plane of its surface (Laine and Karras 2010), \
-                 which needs conservative voxels; normal maps are left out.",
-            ),
-            Knob::choice(
-                "thickness",
-                &mut self.thickness,
-                &["auto", "thin", "conservative"],
-                "Which cells a triangle sets. `thin`: those that stop rays. `conservative`: all that it passes, some 1.8 \
-                 times as many. `auto`: conservative with contours, thin without.",
+                 which needs conservative voxels of the rasterizer; normal maps are left out.",
             ),
             Knob::choice(
                 "axes",
@@ -100,7 +139,37 @@ impl Voxelizer {
                 "Axes that triangles are projected along. `all` closes closed surfaces and draws three times as many \
                  triangles. `dominant` is the paper's; some 0.4 % of rays leave a sphere of radius 44 voxels (measured).",
             ),
+            Knob::choice(
+                "rebuild",
+                &mut self.rebuild,
+                &["moving", "all"],
+                "What of the grid is made anew when something moves. `moving`: the bricks that moving triangles touch, or \
+                 touched in the frame before. `all`: every brick; the voxels are the same, the time is not.",
+            ),
         ]
+    }
+
+    /// Whether a grid of this mesh is to keep what stands still apart from what moves.
+    pub fn follows(&self, mesh: &GpuMesh) -> bool {
+        self.rebuild == 0 && mesh.static_triangle_count < mesh.triangle_count
+    }
+
+    pub(crate) fn cover(&self) -> Cover {
+        match (self.voxelizer, self.is_conservative(), self.axes) {
+            (0, false, 0) => Cover::Columns(Axes::All),
+            (0, false, _) => Cover::Columns(Axes::Dominant),
+            (0, true, _) => Cover::Boxes,
+            (_, false, _) => Cover::Thin,
+            (_, true, _) => Cover::Conservative,
+        }
+    }
+
+    fn is_conservative(&self) -> bool {
+        self.cover == 2 || (self.cover == 0 && self.contours == 1)
+    }
+
+    pub(crate) fn bend(&self) -> Bend {
+        Bend::of(self.contours == 1)
     }
 
     /// Hands settings that need no new voxels to a grid.
@@ -114,14 +183,7 @@ impl Voxelizer {
 
     /// As shaders have it.
     fn elevation(&self) -> u32 {
-        if self.elevation == 0 && self.thickness() == Thickness::Conservative { 2 } else { self.elevation }
-    }
-
-    fn thickness(&self) -> Thickness {
-        match (self.thickness, self.contours) {
-            (2, _) | (0, 1) => Thickness::Conservative,
-            _ => Thickness::Thin,
-        }
+        if self.elevation == 0 && self.is_conservative() { 2 } else { self.elevation }
     }
 
     /// Voxelizes a mesh within bounds, `grid` cells on the longest axis. The log's counts are `voxels`, `bricks`,
@@ -137,6 +199,41 @@ impl Voxelizer {
         bounds: Aabb,
         grid: u32,
     ) -> Result<(VoxelGrid, FrameLog), VoxelError> {
+        let built = self.build(gpu, scene, mesh, bounds, grid, 0..mesh.triangle_count, false)?;
+        Ok((built.grid, built.log))
+    }
+
+    /// The same for the triangles that never move, with what [`Voxelizer::revoxelize`] adds the others by.
+    ///
+    /// # Errors
+    /// As [`Voxelizer::voxelize`].
+    pub fn voxelize_rest(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        mesh: &GpuMesh,
+        bounds: Aabb,
+        grid: u32,
+    ) -> Result<(VoxelGrid, Rest, FrameLog), VoxelError> {
+        if self.revoxelizer.is_none() {
+            self.revoxelizer = Some(Revoxelizer::new(gpu, scene)?);
+        }
+        let built = self.build(gpu, scene, mesh, bounds, grid, 0..mesh.static_triangle_count, true)?;
+        let Built { grid, layout, kept, bends, counted, factors, log } = built;
+        let rest = Rest::new(gpu, scene, &layout, mesh, &grid, [kept, bends], counted, factors)?;
+        Ok((grid, rest, log))
+    }
+
+    fn build(
+        &mut self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        mesh: &GpuMesh,
+        bounds: Aabb,
+        grid: u32,
+        of_mesh: Range<u32>,
+        keeps: bool,
+    ) -> Result<Built, VoxelError> {
         let triangles = u64::from(mesh.triangle_count);
         if triangles > MOST_TRIANGLES {
             return Err(VoxelError::Triangles { triangles, most: MOST_TRIANGLES });
@@ -150,22 +247,14 @@ impl Voxelizer {
             unit: "bytes",
             advice: "lower --grid",
         })?;
-        let words = |label, count: u64| {
-            let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
-            gpu.buffer(Room::Voxels, label, 4 * count, usage)
-        };
-        let (thickness, contours) = (self.thickness(), self.contours == 1);
-        if contours && thickness == Thickness::Thin {
-            return Err(VoxelError::ThinContours);
-        }
-        if thickness == Thickness::Conservative && self.conservative.is_none() {
-            self.conservative = Some(Raster::new(gpu, scene, thickness)?);
+        let contours = self.contours == 1;
+        match self.cover() {
+            Cover::Boxes => {}
+            _ if !contours => {}
+            Cover::Conservative => return Err(VoxelError::ComputedContours),
+            Cover::Columns(_) | Cover::Thin => return Err(VoxelError::ThinContours),
         }
         let record = RecordLayout::of(&scene.needs);
-        let raster = match &self.conservative {
-            Some(conservative) if thickness == Thickness::Conservative => conservative,
-            _ => &self.thin,
-        };
         let shared = Grid {
             contours: self.contours,
             record_words: record.words(),
@@ -175,60 +264,78 @@ impl Voxelizer {
         let uniform = gpu.buffer(Room::Voxels, "VoxelGrid::uniform", size_of::<Grid>() as u64, usage)?;
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&shared));
         let target = Raster::target(gpu, layout.longest())?;
-        let axes = if self.axes == 0 { Axes::All } else { Axes::Dominant };
-        let input = Input { scene, mesh, uniform: &uniform, target: &target, axes, thickness };
+        let stage = if self.voxelizer == 0 { "voxel/raster" } else { "voxel/compute" };
+        let cover = self.cover();
+        self.finders.prepare(gpu, scene, cover)?;
+        let input = Input {
+            stage,
+            scene,
+            mesh,
+            triangles: of_mesh.clone(),
+            uniform: &uniform,
+            target: &target,
+            cover,
+            bend: self.bend(),
+        };
 
         let mut recorder = Recorder::new(gpu);
-        let marks = words("Voxelizer::marks", u64::from(brick_cells))?;
-        raster.mark(&mut recorder, &input, &marks);
-        let sums = self.structure.scan(&mut recorder, &marks, brick_cells)?;
+        let marks = words(gpu, "Voxelizer::marks", u64::from(brick_cells))?;
+        let found = self.finders.mark(&mut recorder, &self.structure, &input, brick_cells, &marks)?;
+        let sums = Sums::new(gpu, Room::Voxels, brick_cells)?;
+        self.structure.scan(&mut recorder, "voxel/structure", &marks, brick_cells, &sums);
         let brick_count = sums.total(&mut recorder)?;
-        let structure = words("VoxelGrid::structure", layout.structure_words(brick_count))?;
-        let bricks = words("Voxelizer::bricks", u64::from(brick_count))?;
+        let structure = words(gpu, "VoxelGrid::structure", layout.structure_words(brick_count))?;
+        let bricks = words(gpu, "Voxelizer::bricks", u64::from(brick_count))?;
         self.structure.levels(&mut recorder, &shared, &uniform, &marks, &sums, &structure, &bricks);
 
         let slots = brick_count.min(self.slots_per_batch);
-        let mut build = Build {
-            raster,
-            bend: if contours { Bend::OF_CONTOURS } else { Bend::OF_SIDES },
-            // A plane shines as its triangle does.
-            factors: if contours { None } else { Emitters::factors(gpu, scene, mesh, &layout, axes)? },
+        // A plane shines as its triangle does.
+        let counted = match contours {
+            true => Vec::new(),
+            false => Emitters::count(gpu, scene, mesh, of_mesh, &layout, cover)?,
+        };
+        let build = Build {
+            factors: Emitters::factors(gpu, &counted)?,
             structure,
             bricks,
-            keys: words("Voxelizer::keys", u64::from(slots) * u64::from(BRICK_CELLS))?,
-            changed: words("Voxelizer::changed", 1)?,
-            rounds: 0,
-            atomic_rounds: 0,
+            keys: words(gpu, "Voxelizer::keys", u64::from(slots) * u64::from(BRICK_CELLS))?,
+            rounds: Rounds::new(gpu)?,
+            keeps,
+            found,
             input,
+            record,
         };
-        let mut parts: Vec<(Buffer, u32)> = Vec::new();
+        build.rounds.count(&mut recorder);
+        let mut parts = Vec::new();
         let mut voxel_count = 0;
         for first in (0..brick_count).step_by(self.slots_per_batch as usize) {
             let slots = first..(first + self.slots_per_batch).min(brick_count);
-            let (records, count) = self.batch(&mut recorder, &mut build, slots, voxel_count)?;
-            voxel_count += count;
-            parts.push((records, count));
+            let part = self.batch(&mut recorder, &build, slots, voxel_count)?;
+            voxel_count += part.count;
+            parts.push(part);
         }
         let mut log = recorder.finish()?;
-        let records = joined(gpu, parts, record, voxel_count)?;
-        let lost = build.factors.as_ref().map_or(0, |f| f.lost);
-        for (name, count) in [
-            ("voxels", voxel_count),
-            ("bricks", brick_count),
-            ("raster_rounds", build.rounds),
-            ("atomic_rounds", build.atomic_rounds),
-            ("lost_emitters", lost),
-        ] {
+        let lost = counted.iter().filter(|emitter| emitter.is_lost()).count();
+        for (name, count) in
+            [("voxels", voxel_count), ("bricks", brick_count), ("lost_emitters", lost as u32)]
+        {
             log.counts.insert(name.into(), count.into());
         }
-        let Layout { cells, voxel_size, origin } = layout;
         let (structure, factors) = (build.structure, build.factors);
+        let (mut records, mut kept, mut bends) = (Vec::new(), Vec::new(), Vec::new());
+        for part in parts {
+            records.push((part.records, part.count));
+            if let Some([keys, bent]) = part.kept {
+                kept.push((keys, part.count));
+                bends.push((bent, part.slot_count));
+            }
+        }
         let mut grid = VoxelGrid {
-            cells,
-            voxel_size,
-            origin,
+            cells: layout.cells,
+            voxel_size: layout.voxel_size,
+            origin: layout.origin,
             structure,
-            records,
+            records: joined(gpu, "VoxelGrid::records", records, record.bytes())?,
             record,
             uniform,
             contours,
@@ -241,49 +348,52 @@ impl Voxelizer {
         } else if let Some(factors) = &factors {
             grid.glowing = self.emitters.glowing(gpu, factors, &grid)?;
         }
-        Ok((grid, log))
+        let kept = joined(gpu, "Rest::keys", kept, 4)?;
+        let bends = joined(gpu, "Rest::bends", bends, 4 * u64::from(BEND_WORDS))?;
+        Ok(Built { grid, layout, kept, bends, counted, factors, log })
     }
 
     /// Records of a run of slots, and how many.
     fn batch(
         &self,
         recorder: &mut Recorder<'_>,
-        build: &mut Build<'_>,
-        slots: std::ops::Range<u32>,
+        build: &Build<'_>,
+        slots: Range<u32>,
         first_record: u32,
-    ) -> Result<(Buffer, u32), GpuError> {
+    ) -> Result<Part, GpuError> {
         let gpu = recorder.gpu();
         recorder.clear(&build.keys);
-        let (rounds, atomic) = build.raster.vote(
+        let structure = &build.structure;
+        self.finders.vote(
             recorder,
             &build.input,
-            &build.structure,
+            &build.found,
+            structure,
             slots.clone(),
             &build.keys,
-            &build.changed,
-        )?;
-        build.rounds += rounds;
-        build.atomic_rounds += u32::from(atomic);
+            &build.rounds,
+        );
 
-        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
-        let record = RecordLayout::of(&build.input.scene.needs);
         let uniform = build.input.uniform;
-        let batch = Batch { uniform, structure: &build.structure, slots: slots.clone() };
-        let counts = gpu.buffer(Room::Voxels, "Voxelizer::counts", 4 * slots.len() as u64, usage)?;
+        let stage = "voxel/structure";
+        let batch = Batch { stage, uniform, structure, slots: slots.clone() };
+        let counts = words(gpu, "Voxelizer::counts", slots.len() as u64)?;
         self.structure.masks(recorder, &batch, &build.keys, &build.bricks, &counts);
-        let sums = self.structure.scan(recorder, &counts, slots.len() as u32)?;
+        let sums = Sums::new(gpu, Room::Voxels, slots.len() as u32)?;
+        self.structure.scan(recorder, stage, &counts, slots.len() as u32, &sums);
         let count = sums.total(recorder)?;
-        let list = gpu.buffer(Room::Voxels, "Voxelizer::list", 8 * u64::from(count.max(1)), usage)?;
-        let records =
-            gpu.buffer(Room::Voxels, "VoxelGrid::records", record.bytes() * u64::from(count.max(1)), usage)?;
+        let list = words(gpu, "Voxelizer::list", 2 * u64::from(count.max(1)))?;
+        let record_words = u64::from(build.record.words());
+        let records = words(gpu, "VoxelGrid::records", record_words * u64::from(count.max(1)))?;
         self.structure.list(recorder, &batch, first_record, &sums, &list);
         if let Some(factors) = &build.factors {
             let range = first_record..first_record + count;
-            self.emitters.record(recorder, factors, &build.structure, uniform, range, &list);
+            self.emitters.record(recorder, factors, &batch, range, &list);
         }
-        let bends = gpu.buffer(Room::Voxels, "Voxelizer::bends", 4 * u64::from(count.max(1)), usage)?;
-        recorder.clear(&bends);
-        build.raster.bend(recorder, &build.input, &batch, first_record, build.bend, &build.keys, &bends);
+        let slot_count = slots.len() as u32;
+        let bends = words(gpu, "Voxelizer::bends", u64::from(BEND_WORDS) * u64::from(slot_count))?;
+        let found = &build.found;
+        self.finders.bend(recorder, &build.input, found, structure, slots.clone(), &build.keys, &bends);
         let (workgroups, row) = rows(count);
         let params =
             recorder.uniform(&ResolveParams { first_slot: slots.start, voxel_count: count, row, _pad: 0 });
@@ -294,32 +404,45 @@ impl Voxelizer {
             [uniform, &build.keys, &build.bricks, &list, &bends, &records].map(|b| b.as_entire_binding()),
         );
         recorder.compute("voxel/resolve", &self.resolve, &resources, workgroups);
-        Ok((records, count))
+        let mut part = Part { records, count, kept: None, slot_count };
+        if build.keeps
+            && let Some(revoxelizer) = &self.revoxelizer
+        {
+            let kept = words(gpu, "Rest::keys", u64::from(count.max(1)))?;
+            revoxelizer.keep(recorder, count, &build.keys, &list, &kept);
+            part.kept = Some([kept, bends]);
+        }
+        Ok(part)
     }
 }
 
-/// The records of all batches in one buffer; a single batch is that already.
+/// A storage buffer of zeros.
+pub(crate) fn words(gpu: &Gpu, label: &str, count: u64) -> Result<Buffer, GpuError> {
+    let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+    gpu.buffer(Room::Voxels, label, 4 * count, usage)
+}
+
+/// The elements of all batches in one buffer; a single batch is that already.
 fn joined(
     gpu: &Gpu,
+    label: &str,
     mut parts: Vec<(Buffer, u32)>,
-    record: RecordLayout,
-    voxel_count: u32,
+    element_bytes: u64,
 ) -> Result<Buffer, GpuError> {
     if parts.len() == 1
-        && let Some((records, _)) = parts.pop()
+        && let Some((elements, _)) = parts.pop()
     {
-        return Ok(records);
+        return Ok(elements);
     }
-    let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
-    let bytes = record.bytes() * u64::from(voxel_count.max(1));
-    let records = gpu.buffer(Room::Voxels, "VoxelGrid::records", bytes, usage)?;
+    let count: u64 = parts.iter().map(|(_, count)| u64::from(*count)).sum();
+    let whole = words(gpu, label, element_bytes / 4 * count.max(1))?;
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut at = 0;
     for (part, count) in parts {
-        let bytes = record.bytes() * u64::from(count);
-        encoder.copy_buffer_to_buffer(&part, 0, &records, at, bytes);
+        let bytes = element_bytes * u64::from(count);
+        encoder.copy_buffer_to_buffer(&part, 0, &whole, at, bytes);
         at += bytes;
     }
     gpu.queue.submit([encoder.finish()]);
-    Ok(records)
+    Ok(whole)
 }

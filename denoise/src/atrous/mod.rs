@@ -7,8 +7,9 @@
 //! light, less noisy. For levels i = 0..levels, taps q = p + 2^i (a, b), a and b in -2..2 trace rows:
 //!
 //! ```text
-//! out = sum_q h_a h_b w_q L_q / sum_q h_a h_b w_q,   h = 1/16, 1/4, 3/8, 1/4, 1/16
-//! w   = w_c w_n w_x                                  and w_r for the specular lobe (see `edge`)
+//! out = sum_q k_q mix(L_p, L_q, w_c),   k_q = h_a h_b w_q / sum_q h_a h_b w_q,   h = 1/16, 1/4, 3/8, 1/4, 1/16
+//!                                       (or 1/4, 1/2, 1/4)
+//! w   = w_n w_x                                      and w_r for the specular lobe (see `edge`)
 //! w_c = exp(-(2^i |L_q - L_p| / (sigma_color max(|L_p|, |L_q|)))^2)
 //! w_n = exp(-(|n_q - n_p| / sigma_normal)^2)         shading normals
 //! w_x = exp(-(d(p, q) / sigma_plane)^2)              distance from the pixel's plane, rows (see `edge`)
@@ -17,11 +18,13 @@
 //! Both lobes are filtered in one pass with the same edges. What is left alone, and what counts as a valid 0, is told in
 //! [`crate::edge`]. A pixel that takes but has no light of its own is filled from its neighbours; it never gives. The
 //! mean hit distance in a is filtered by the same weights over the taps that have one. Constant light stays constant to
-//! the bit: sums are f32, the pictures between levels half floats.
+//! the bit: sums are f32, the pictures between levels half floats. Taps beyond the border are mirrored.
 //!
-//! Departs from its source: colours are compared relative to the brighter one, because light here has no upper end;
+//! Departs from its source: what the colour weight rejects is replaced by the pixel's own light instead of left out of the
+//! sum, so that what one pixel gives another gets and no light is lost (the source loses most of a bright sample); colours
+//! are compared relative to the brighter one, because light here has no upper end;
 //! positions by their distance from the pixel's plane, because distances between points cut walls that lie far off or
-//! aslant; taps are spaced in rows, so that footprints are square on the display ([`FrameInfo::columns_per_row`]).
+//! aslant; three taps an axis by default, which err less; taps are spaced in rows, so that footprints are square on the display ([`FrameInfo::columns_per_row`]).
 
 pub mod reference;
 mod settings;
@@ -29,12 +32,13 @@ mod settings;
 pub use settings::Settings;
 
 use crate::edge::{self, EdgePacker, EdgeParams};
+use crate::lobes::{self, Turns};
 use crate::{Denoiser, Guides, Need};
 use frame::info::{Frame, FrameInfo};
 use frame::{
-    Bind, GBuffer, Gpu, GpuError, HALF_WGSL, Kernel, KernelDesc, Knob, RadianceImage, Recorder, Room,
-    Texture, Uniform, gpu_struct, info, surface,
+    Bind, GBuffer, Gpu, GpuError, Kernel, Knob, RadianceImage, Recorder, Room, Texture, Uniform, gpu_struct,
 };
+use wgpu::BindingResource::TextureView as View;
 
 gpu_struct! {
     /// See `atrous.wgsl`.
@@ -55,8 +59,14 @@ gpu_struct! {
         pub roughness_fraction: f32,
         /// Trace rows per pixel along a row.
         pub rows_per_column: f32,
+        /// 1 or 2.
+        pub reach: i32,
         /// To 48 bytes.
-        pub _pad: [u32; 2],
+        pub _pad: u32,
+        /// Of the centre, the first and the second tap.
+        pub kernel: [f32; 3],
+        /// To 64 bytes.
+        pub _end: u32,
     }
 }
 
@@ -64,32 +74,10 @@ gpu_struct! {
 pub struct Atrous {
     settings: Settings,
     packer: EdgePacker,
-    level_kernel: Kernel,
-    pictures: Pictures,
-}
-
-/// Everything whose size is the picture's.
-struct Pictures {
+    /// Without and with a specular lobe.
+    level_kernels: [Kernel; 2],
     edge: Texture,
-    /// Written in turn: diffuse and specular.
-    lobes: [[Texture; 2]; 2],
-}
-
-impl Pictures {
-    fn new(gpu: &Gpu, size: [u32; 2], has_specular: bool) -> Result<Self, GpuError> {
-        // A binding cannot be left empty: without a specular lobe, one texel stands in.
-        let specular_size = if has_specular { size } else { [1, 1] };
-        let lobes = || -> Result<[Texture; 2], GpuError> {
-            Ok([
-                RadianceImage::lobe(gpu, "Atrous::diffuse", size)?,
-                RadianceImage::lobe(gpu, "Atrous::specular", specular_size)?,
-            ])
-        };
-        Ok(Self {
-            edge: edge::texture(gpu, Room::Radiance, "Atrous::edge", size)?,
-            lobes: [lobes()?, lobes()?],
-        })
-    }
+    turns: Turns,
 }
 
 impl Atrous {
@@ -98,14 +86,13 @@ impl Atrous {
     /// # Errors
     /// A kernel was refused.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let level_kernel = Kernel::new(
-            gpu,
-            &KernelDesc {
-                name: "denoise/atrous/level",
-                sources: &[info::WGSL, surface::WGSL, HALF_WGSL, edge::WGSL, include_str!("atrous.wgsl")],
-                entry: "atrous_level",
-                workgroup: edge::WORKGROUP,
-                bindings: &[
+        let level_kernel = |has_specular: bool| {
+            lobes::kernel(
+                gpu,
+                "denoise/atrous/level",
+                "atrous_level",
+                &[include_str!("atrous.wgsl")],
+                &[
                     Bind::uniform::<Frame>(0, 0, "frame"),
                     Bind::uniform::<AtrousParams>(0, 1, "params"),
                     Bind::texture_uint(2, 0, "in_edge"),
@@ -114,14 +101,15 @@ impl Atrous {
                     Bind::storage_texture(3, 0, "out_diffuse", RadianceImage::FORMAT),
                     Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
                 ],
-                constants: &[],
-            },
-        )?;
+                &[("has_specular", f64::from(has_specular))],
+            )
+        };
         Ok(Self {
             settings: Settings::default(),
             packer: EdgePacker::new(gpu, "denoise/atrous/edge")?,
-            level_kernel,
-            pictures: Pictures::new(gpu, [1, 1], false)?,
+            level_kernels: [level_kernel(false)?, level_kernel(true)?],
+            edge: lobes::picture(gpu, Room::Radiance, "Atrous::edge", [1, 1], edge::FORMAT)?,
+            turns: Turns::new(gpu, "Atrous::lobes", [1, 1], false)?,
         })
     }
 }
@@ -148,8 +136,14 @@ impl Denoiser for Atrous {
         0
     }
 
+    fn energy_bound(&self) -> f32 {
+        // Rounding of half floats in five passes.
+        0.005
+    }
+
     fn resize(&mut self, gpu: &Gpu, size: [u32; 2], specular: bool) -> Result<(), GpuError> {
-        self.pictures = Pictures::new(gpu, size, specular)?;
+        self.edge = lobes::picture(gpu, Room::Radiance, "Atrous::edge", size, edge::FORMAT)?;
+        self.turns = Turns::new(gpu, "Atrous::lobes", size, specular)?;
         Ok(())
     }
 
@@ -161,44 +155,27 @@ impl Denoiser for Atrous {
         guides: &GBuffer,
         noisy: &RadianceImage,
     ) -> RadianceImage {
-        use wgpu::BindingResource::TextureView as View;
-        let has_specular = noisy.specular.is_some();
-        let edges = EdgeParams::new(self.settings.roughness_min, has_specular, false);
-        self.packer.pack(recorder, uniform, &edges, guides, noisy, &self.pictures.edge);
-
-        let mut input = [&noisy.diffuse, noisy.specular.as_ref().unwrap_or(&noisy.diffuse)];
-        for level in 0..self.settings.levels {
-            let params = recorder.uniform(&self.settings.params(level, frame.columns_per_row()));
-            let output = &self.pictures.lobes[level as usize % 2];
-            let pass = format!("denoise/atrous/level{level}");
+        let edges = EdgeParams::new(self.settings.roughness_min, noisy.specular.is_some(), false);
+        self.packer.pack(recorder, uniform, &edges, guides, noisy, &self.edge);
+        let levels = self.settings.levels as usize;
+        let light = self.turns.chain(lobes::of(noisy), 0, levels, |level, from, to| {
+            let params = recorder.uniform(&self.settings.params(level as u32, frame.columns_per_row()));
             recorder.compute(
-                &pass,
-                &self.level_kernel,
+                &format!("denoise/atrous/level{level}"),
+                &self.level_kernels[usize::from(noisy.specular.is_some())],
                 &[
                     uniform.binding(),
                     params.binding(),
-                    View(self.pictures.edge.view()),
-                    View(input[0].view()),
-                    View(input[1].view()),
-                    View(output[0].view()),
-                    View(output[1].view()),
+                    View(self.edge.view()),
+                    View(from[0].view()),
+                    View(from[1].view()),
+                    View(to[0].view()),
+                    View(to[1].view()),
                 ],
-                edge::workgroups(noisy.size()),
+                lobes::workgroups(noisy.size()),
             );
-            input = [&output[0], &output[1]];
-        }
-
-        let clean = RadianceImage {
-            diffuse: input[0].clone(),
-            specular: has_specular.then(|| input[1].clone()),
-            samples: noisy.samples.clone(),
-        };
-        // Two pictures are used in turn, so only the last level's are there to be looked at.
-        recorder.output("denoise/atrous/diffuse", &clean.diffuse);
-        if let Some(specular) = &clean.specular {
-            recorder.output("denoise/atrous/specular", specular);
-        }
-        clean
+        });
+        lobes::clean(recorder, "atrous", noisy, light)
     }
 }
 

@@ -1,26 +1,22 @@
 //! The CPU half: the same functions as `atrous.wgsl`, in the same order, in f32 like the shader.
 
 use super::{AtrousParams, Settings};
-use crate::edge::reference::{
-    EdgeSum, GIVES, TAKES, at, face_normal, footprint, lobe_weight, normal, position, untouched,
-};
-use crate::five_phase::reference::Light;
+use crate::edge::reference::{GIVES, TAKES, face_normal, footprint, lobe_weight, normal, position};
+use crate::light::reference::{Light, LightSum, at, mended, mirrored, size_of};
 use frame::cpu::Image;
 use frame::info::Frame;
 use glam::{IVec2, Vec2, Vec3};
-
-const KERNEL: [f32; 3] = [0.375, 0.25, 0.0625];
 
 fn fall(x: f32, sigma: f32) -> f32 {
     let t = x / sigma.max(1e-6);
     (t * t).min(80.0)
 }
 
-fn color_fall(params: &AtrousParams, centre: [f32; 4], tap: [f32; 4], centre_gives: bool) -> f32 {
+fn alike(params: &AtrousParams, centre: [f32; 4], tap: [f32; 4], centre_gives: bool) -> f32 {
     let [centre, tap] = [centre, tap].map(|[r, g, b, _]| Vec3::new(r, g, b));
     let brighter = centre.length().max(tap.length()).max(1e-7);
-    let difference = if centre_gives { (tap - centre).length() / brighter } else { 0.0 };
-    fall(difference, params.sigma_color)
+    let fall = fall((tap - centre).length() / brighter, params.sigma_color);
+    if centre_gives { (-fall).exp() } else { 1.0 }
 }
 
 fn offset(params: &AtrousParams, steps: IVec2) -> IVec2 {
@@ -33,39 +29,41 @@ fn offset(params: &AtrousParams, steps: IVec2) -> IVec2 {
 
 /// One level.
 pub fn level(params: &AtrousParams, frame: &Frame, edge: &Image<[u32; 4]>, input: &Light) -> Light {
-    let [width, height] = edge.size();
-    let size = IVec2::new(width as i32, height as i32);
+    let size = size_of(edge);
     let filtered = |lobe: usize, light: &Image<[f32; 4]>| {
         Image::from_fn(edge.size(), |x, y| {
             let p = IVec2::new(x as i32, y as i32);
             let centre = at(edge, p);
-            let before = untouched(at(light, p));
+            let before = mended(light, p);
             if centre[3] & TAKES[lobe] == 0 {
                 return before;
             }
-            let mut sum = EdgeSum::default();
-            for (j, i) in (-2i32..=2).flat_map(|j| (-2i32..=2).map(move |i| (j, i))) {
+            let gives = centre[3] & GIVES[lobe] != 0;
+            let mut sum = LightSum::default();
+            let reach = -params.reach..=params.reach;
+            for (j, i) in reach.clone().flat_map(|j| reach.clone().map(move |i| (j, i))) {
                 let offset = offset(params, IVec2::new(i, j));
-                let q = p + offset;
-                let Some(tap) = edge.get(q.x, q.y) else { continue };
+                let q = mirrored(p + offset, size);
+                let tap = at(edge, q);
                 if tap[3] & GIVES[lobe] == 0 {
                     continue;
                 }
                 let away = position(frame, tap, q, size) - position(frame, centre, p, size);
                 let plane = face_normal(centre).dot(away) / footprint(frame, centre, size);
-                let tap_light = at(light, q);
-                let gives = centre[3] & GIVES[lobe] != 0;
                 let all = fall((normal(tap) - normal(centre)).length(), params.sigma_normal)
-                    + fall(plane, params.sigma_plane)
-                    + color_fall(params, before, tap_light, gives);
-                let mut weight =
-                    KERNEL[i.unsigned_abs() as usize] * KERNEL[j.unsigned_abs() as usize] * (-all).exp();
+                    + fall(plane, params.sigma_plane);
+                let mut weight = params.kernel[i.unsigned_abs() as usize]
+                    * params.kernel[j.unsigned_abs() as usize]
+                    * (-all).exp();
                 if lobe == 1 {
                     let rows = offset.as_vec2() * Vec2::new(params.rows_per_column, 1.0);
                     let limits = [params.lobe_spread, params.roughness_fraction];
                     weight *= lobe_weight(frame, [centre, tap], rows, size, limits);
                 }
-                sum.add(tap_light, weight);
+                let tap_light = at(light, q);
+                let alike = alike(params, before, tap_light, gives);
+                let mixed = |channel: usize| before[channel] * (1.0 - alike) + tap_light[channel] * alike;
+                sum.add([mixed(0), mixed(1), mixed(2), tap_light[3]], weight);
             }
             sum.mean(before)
         })

@@ -4,19 +4,19 @@
 use super::{Atrous, Settings, reference};
 use crate::Denoiser;
 use crate::edge::{self, EdgeParams};
-use crate::tests::{Clean, Light, Shot, halves, random};
+use crate::fixture::{Clean, Shot, gpu, halves, outliers, random};
+use crate::light::reference::Light;
 use frame::cpu::Image;
 use frame::surface::Surface;
 use frame::{Gpu, set_knob};
 use glam::{Vec2, Vec3};
 use half::f16;
 
-fn gpu() -> Gpu {
-    Gpu::new(None).expect("tests need an adapter, a software one will do")
-}
-
 fn run(gpu: &Gpu, shot: &Shot) -> Clean {
-    shot.denoise(gpu, &mut Atrous::new(gpu).unwrap()).0
+    let mut denoiser = Atrous::new(gpu).unwrap();
+    // The source's kernel, of which closed forms are known.
+    set_knob(&mut denoiser.knobs(), "taps", "5x5").unwrap();
+    shot.denoise(gpu, &mut denoiser).0
 }
 
 fn twin(settings: &Settings, shot: &Shot) -> Light {
@@ -27,14 +27,9 @@ fn twin(settings: &Settings, shot: &Shot) -> Light {
     reference::denoise(settings, &frame, scale, &edges, &shot.noisy)
 }
 
-/// Channels that differ by more than rounding.
-fn outliers(gpu: &[[f16; 4]], cpu: &Image<[f32; 4]>) -> usize {
-    // Of each of the five levels, one step of a half float: the two may round a value between codes differently, and the
-    // next level's colour weight may turn on it. The rest is the smallest step near 0.
-    let tolerance = |value: f32| 6.0 * (2f32.powi(-10) * value + 2f32.powi(-24));
-    let pairs = gpu.as_flattened().iter().zip(cpu.texels().as_flattened());
-    pairs.filter(|(gpu, cpu)| (gpu.to_f32() - **cpu).abs() > tolerance(cpu.abs())).count()
-}
+/// Of each of the five levels, one step of a half float: the two may round a value between codes differently, and the next
+/// level's colour weight may turn on it.
+const STEPS: f32 = 6.0;
 
 #[test]
 fn the_gpu_does_what_the_twin_does() {
@@ -45,7 +40,13 @@ fn the_gpu_does_what_the_twin_does() {
         &[("levels", "1")],
         &[],
         &[("sigma_normal", "2"), ("sigma_plane", "100"), ("lobe_spread", "10"), ("roughness_fraction", "10")],
-        &[("sigma_normal", "1"), ("sigma_plane", "50"), ("sigma_color", "0.5"), ("roughness_min", "0.5")],
+        &[
+            ("sigma_normal", "1"),
+            ("sigma_plane", "50"),
+            ("sigma_color", "0.5"),
+            ("roughness_min", "0.5"),
+            ("taps", "5x5"),
+        ],
     ];
     for (seed, variant) in (10..).zip(variants) {
         denoiser.settings = Settings::default();
@@ -53,18 +54,15 @@ fn the_gpu_does_what_the_twin_does() {
             set_knob(&mut denoiser.knobs(), name, value).unwrap();
         }
         let mut shot = Shot::random([45, 33], seed);
-        for (index, broken) in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY].into_iter().enumerate() {
-            shot.noisy.diffuse.get_mut(3 + 7 * index as i32, 5).unwrap()[index] = broken;
-            shot.noisy.specular.as_mut().unwrap().get_mut(4 + 5 * index as i32, 20).unwrap()[3] = broken;
-        }
+        shot.break_pixels(6);
         let (clean, log) = shot.denoise(&gpu, &mut denoiser);
         let cpu = twin(&denoiser.settings, &shot);
         assert!(clean.is_finite(), "{variant:?}");
-        assert_eq!(log.counts["denoise_non_finite"], 6.0, "{variant:?}");
-        let found = outliers(&clean.diffuse, &cpu.diffuse)
-            + outliers(clean.specular.as_ref().unwrap(), cpu.specular.as_ref().unwrap());
+        assert_eq!(log.counts["denoise_invalid"], 6.0, "{variant:?}");
+        let found = outliers(&clean.diffuse, &cpu.diffuse, STEPS)
+            + outliers(clean.specular.as_ref().unwrap(), cpu.specular.as_ref().unwrap(), STEPS);
         assert_eq!(found, 0, "{variant:?}: values differ");
-        let changed = outliers(&halves(&shot.noisy.diffuse), &cpu.diffuse);
+        let changed = outliers(&halves(&shot.noisy.diffuse), &cpu.diffuse, STEPS);
         assert!(changed > 45 * 33 / 2, "{variant:?}: only {changed} values were filtered at all");
     }
 }
@@ -111,7 +109,8 @@ fn an_impulse_spreads_as_the_spline() {
     *shot.noisy.diffuse.get_mut(16, 16).unwrap() = [2.0, 1.0, 1.0, 0.0];
     let gpu = gpu();
     let mut denoiser = Atrous::new(&gpu).unwrap();
-    denoiser.settings = Settings { levels: 1, sigma_color: 100.0, sigma_plane: 100.0, ..Settings::default() };
+    denoiser.settings =
+        Settings { levels: 1, taps: 0, sigma_color: 100.0, sigma_plane: 100.0, ..Settings::default() };
     let (clean, _) = shot.denoise(&gpu, &mut denoiser);
     let weight = |offset: i32| [0.375f32, 0.25, 0.0625, 0.0][offset.unsigned_abs().min(3) as usize];
     for (i, texel) in (0..).zip(&clean.diffuse) {
@@ -134,7 +133,7 @@ fn taps_are_square_on_the_display() {
     *shot.noisy.diffuse.get_mut(64, 64).unwrap() = [50_000.0; 4];
     let gpu = gpu();
     let mut denoiser = Atrous::new(&gpu).unwrap();
-    denoiser.settings = Settings { levels: 3, sigma_color: 100.0, ..Settings::default() };
+    denoiser.settings = Settings { levels: 3, taps: 0, sigma_color: 100.0, ..Settings::default() };
     let (clean, _) = shot.denoise(&gpu, &mut denoiser);
     let lit = |step: i32| {
         (-63..63).filter(|j| clean.diffuse[(64 * 128 + 64 + j * step) as usize][0] > f16::ZERO).count()
@@ -198,25 +197,6 @@ fn a_wall_aslant_is_one_surface() {
     // Uniform light between 0 and 2 has a variance of 1/3; a filter that stopped at differences of depth would leave most
     // of it.
     assert!(left / (pixels.len() as f64) < 0.02 / 3.0, "{} left", 3.0 * left / pixels.len() as f64);
-}
-
-#[test]
-fn mirrors_and_sky_stay_as_they_are() {
-    let shot = Shot::random([45, 33], 5);
-    let clean = run(&gpu(), &shot);
-    let (diffuse, specular) = (halves(&shot.noisy.diffuse), halves(shot.noisy.specular.as_ref().unwrap()));
-    let clean_specular = clean.specular.unwrap();
-    let (mut mirrors, mut misses) = (0, 0);
-    for (i, words) in shot.surface.texels().iter().enumerate() {
-        if shot.distance.texels()[i] == 0.0 {
-            misses += 1;
-            assert_eq!((clean.diffuse[i], clean_specular[i]), (diffuse[i], specular[i]), "miss {i}");
-        } else if Surface::unpack_gbuffer(*words).roughness.max_element() < 0.02 {
-            mirrors += 1;
-            assert_eq!(clean_specular[i], specular[i], "mirror {i}");
-        }
-    }
-    assert!(mirrors > 50 && misses > 30, "{mirrors} mirrors and {misses} misses are too few to tell");
 }
 
 #[test]

@@ -30,42 +30,46 @@ fn edge_footprint(texel: vec4u, size: vec2i) -> f32 {
     return max(bitcast<f32>(texel.x) * 2.0 * length(frame.up) / f32(size.y), 1e-30);
 }
 
+// A pixel, unpacked.
+struct EdgeCentre {
+    texel: vec4u,
+    position: vec3f,
+    normal: vec3f,
+    face_normal: vec3f,
+    footprint: f32,
+}
+
+fn edge_centre(texel: vec4u, p: vec2i, size: vec2i) -> EdgeCentre {
+    return EdgeCentre(
+        texel,
+        edge_position(texel, p, size),
+        edge_normal(texel),
+        edge_face_normal(texel),
+        edge_footprint(texel, size),
+    );
+}
+
+// Minus the logarithm of a tap's weight by its geometry: the cosine between normals to a power, and the distance from the
+// centre's plane in `rows`.
+fn edge_fall(centre: EdgeCentre, tap: vec4u, q: vec2i, size: vec2i, power: f32, rows: f32) -> f32 {
+    let plane = abs(dot(centre.face_normal, edge_position(tap, q, size) - centre.position)) / centre.footprint;
+    let facing = dot(edge_normal(tap), centre.normal);
+    let turned = select(80.0, -power * log(clamp(facing, 0.01, 1.0)), facing > 0.0);
+    return turned + min(plane / max(rows, 1e-6), 80.0);
+}
+
+// How unlike two roughnesses may be: 1 for equal ones, 0 from `fraction` of the centre's on.
+fn edge_roughness_weight(centre: vec4u, tap: vec4u, fraction: f32) -> f32 {
+    let roughness = edge_roughness(centre);
+    let unlike = abs(edge_roughness(tap) - roughness) / max(fraction * roughness, 1e-6);
+    return max(1.0 - unlike, 0.0);
+}
+
 // What the specular lobe's width leaves of a tap `rows` away. `spread` is the share of the lobe's tangent that a kernel
 // may span, `fraction` how far roughness may differ, relative to the centre's.
 fn edge_lobe_weight(centre: vec4u, tap: vec4u, rows: vec2f, size: vec2i, spread: f32, fraction: f32) -> f32 {
     let roughness = edge_roughness(centre);
     let radius = spread * roughness * roughness * f32(size.y) / (2.0 * length(frame.up));
     let far = dot(rows, rows) / max(radius * radius, 1e-6);
-    let unlike = abs(edge_roughness(tap) - roughness) / max(fraction * roughness, 1e-6);
-    return exp(-0.5 * far) * max(1.0 - unlike, 0.0);
-}
-
-// Weighted sums of a lobe; lengths only over taps that have one.
-struct EdgeSum {
-    rgb: vec3f,
-    weight: f32,
-    length: f32,
-    length_weight: f32,
-}
-
-fn edge_sum_add(sum: EdgeSum, light: vec4f, weight: f32) -> EdgeSum {
-    let length_weight = select(0.0, weight, light.a > 0.0);
-    return EdgeSum(
-        sum.rgb + weight * light.rgb,
-        sum.weight + weight,
-        sum.length + length_weight * light.a,
-        sum.length_weight + length_weight,
-    );
-}
-
-// Where every tap lies beyond an edge or has nothing to give, what was there before stays: a pixel without light of its
-// own that an earlier pass filled.
-fn edge_sum_mean(sum: EdgeSum, before: vec4f) -> vec4f {
-    let rgb = select(before.rgb, sum.rgb / max(sum.weight, 1e-20), sum.weight > 1e-20);
-    let length = select(before.a, sum.length / max(sum.length_weight, 1e-20), sum.length_weight > 1e-20);
-    return half_rounded(vec4f(rgb, length));
-}
-
-fn edge_untouched(light: vec4f) -> vec4f {
-    return select(vec4f(0.0), light, all(half_is_finite(light)));
+    return exp(-0.5 * far) * edge_roughness_weight(centre, tap, fraction);
 }

@@ -1,5 +1,4 @@
-//! What filters that stop at edges ask about a pixel, packed once per frame; shared by [`crate::atrous`] and
-//! `svgf`.
+//! What filters that stop at edges ask about a pixel, packed once per frame; shared by all of them.
 //!
 //! In: the G-buffer and the noisy light. Out: 16 bytes a pixel, `rgba32uint`:
 //!
@@ -12,10 +11,10 @@
 //!
 //! - A lobe **takes** light from its neighbours where the surface has it and it is not a mirror's: the diffuse lobe counts
 //!   as roughness 1, the specular one needs [`EdgeParams::specular_code_min`]. What does not take is left alone.
-//! - A lobe **gives** where it takes, something was traced and the numbers are finite. A traced pixel whose lobe drew no
+//! - A lobe **gives** where it takes, something was traced and the numbers are valid ([`crate::light`]). A traced pixel whose lobe drew no
 //!   sample gives its 0 (see the crate's page).
 //!
-//! The weights that both filters share (`edge.inc.wgsl`), for a pixel p and its tap q:
+//! The weights that filters share (`edge.inc.wgsl`), for a pixel p and its tap q:
 //!
 //! ```text
 //! plane  d(p, q) = |g_p . (x_q - x_p)| / f_p      in rows: x positions (m), g the triangle's normal,
@@ -31,18 +30,18 @@
 
 pub mod reference;
 
+use crate::lobes;
 use frame::info::Frame;
 use frame::{
-    Bind, Buffer, GBuffer, Gpu, GpuError, HALF_WGSL, Kernel, KernelDesc, RadianceImage, Recorder, Room,
-    Texture, Uniform, brdf, gpu_struct, info, surface,
+    Bind, Buffer, GBuffer, Gpu, GpuError, Kernel, RadianceImage, Recorder, Room, Texture, Uniform, gpu_struct,
 };
-use wgpu::{TextureFormat, TextureUsages};
+use wgpu::TextureFormat;
 
-/// Functions `edge_…`; after [`info::WGSL`], [`surface::WGSL`] and [`HALF_WGSL`].
+/// Functions `edge_…`; after [`frame::info::WGSL`] and [`frame::surface::WGSL`].
 pub const WGSL: &str = include_str!("edge.inc.wgsl");
 
-/// Of every kernel here.
-pub const WORKGROUP: [u32; 3] = [8, 8, 1];
+/// Of the packed picture.
+pub const FORMAT: TextureFormat = TextureFormat::Rgba32Uint;
 
 pub(crate) const LOBE_SPREAD_DOC: &str = "share of the specular lobe's slope (roughness squared) that its kernel spans on the \
      screen; higher blurs reflections, lower leaves their noise. Ours: a quarter, as what is reflected lies behind the \
@@ -90,20 +89,11 @@ pub fn taps(level: u32, columns_per_row: f32) -> [[i32; 2]; 2] {
     })
 }
 
-/// A picture of the edges.
-///
-/// # Errors
-/// Too large, or out of memory.
-pub fn texture(gpu: &Gpu, room: Room, label: &str, [width, height]: [u32; 2]) -> Result<Texture, GpuError> {
-    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
-    gpu.texture(room, label, [width, height, 1], 1, TextureFormat::Rgba32Uint, usage)
-}
-
 /// Packs the edges.
 pub struct EdgePacker {
-    name: &'static str,
+    pass: String,
     kernel: Kernel,
-    non_finite: Buffer,
+    invalid: Buffer,
 }
 
 impl EdgePacker {
@@ -111,35 +101,26 @@ impl EdgePacker {
     ///
     /// # Errors
     /// It was refused.
-    pub fn new(gpu: &Gpu, name: &'static str) -> Result<Self, GpuError> {
-        let kernel = Kernel::new(
-            gpu,
-            &KernelDesc {
-                name,
-                sources: &[info::WGSL, surface::WGSL, brdf::WGSL, HALF_WGSL, WGSL, include_str!("pack.wgsl")],
-                entry: "edge_pack",
-                workgroup: WORKGROUP,
-                bindings: &[
-                    Bind::uniform::<Frame>(0, 0, "frame"),
-                    Bind::uniform::<EdgeParams>(0, 1, "params"),
-                    Bind::texture_uint(2, 0, "in_surface"),
-                    Bind::texture(2, 1, "in_distance"),
-                    Bind::texture_uint(2, 2, "in_face_normal"),
-                    Bind::texture_uint(2, 3, "in_motion_id"),
-                    Bind::texture(2, 4, "in_diffuse"),
-                    Bind::texture(2, 5, "in_specular"),
-                    Bind::texture_uint(2, 6, "in_samples"),
-                    Bind::storage_texture(3, 0, "out_edge", TextureFormat::Rgba32Uint),
-                    Bind::storage(3, 1, "out_non_finite"),
-                ],
-                constants: &[],
-            },
-        )?;
-        let non_finite = gpu.storage(Room::Radiance, "EdgePacker::non_finite", &[0u32; 2])?;
-        Ok(Self { name, kernel, non_finite })
+    pub fn new(gpu: &Gpu, name: &str) -> Result<Self, GpuError> {
+        let bindings = [
+            Bind::uniform::<Frame>(0, 0, "frame"),
+            Bind::uniform::<EdgeParams>(0, 1, "params"),
+            Bind::texture_uint(2, 0, "in_surface"),
+            Bind::texture(2, 1, "in_distance"),
+            Bind::texture_uint(2, 2, "in_face_normal"),
+            Bind::texture_uint(2, 3, "in_motion_id"),
+            Bind::texture(2, 4, "in_diffuse"),
+            Bind::texture(2, 5, "in_specular"),
+            Bind::texture_uint(2, 6, "in_samples"),
+            Bind::storage_texture(3, 0, "out_edge", FORMAT),
+            Bind::storage(3, 1, "out_invalid"),
+        ];
+        let kernel = lobes::kernel(gpu, name, "edge_pack", &[include_str!("pack.wgsl")], &bindings, &[])?;
+        let invalid = gpu.storage(Room::Radiance, "EdgePacker::invalid", &[0u32; 2])?;
+        Ok(Self { pass: name.into(), kernel, invalid })
     }
 
-    /// Records the pass; pixels whose light is not finite are counted as `denoise_non_finite`.
+    /// Records the pass; pixels whose light is not valid are counted as `denoise_invalid`.
     pub fn pack(
         &self,
         recorder: &mut Recorder<'_>,
@@ -150,10 +131,10 @@ impl EdgePacker {
         edge: &Texture,
     ) {
         use wgpu::BindingResource::TextureView as View;
-        recorder.clear(&self.non_finite);
+        recorder.clear(&self.invalid);
         let params = recorder.uniform(params);
         recorder.compute(
-            self.name,
+            &self.pass,
             &self.kernel,
             &[
                 uniform.binding(),
@@ -162,20 +143,15 @@ impl EdgePacker {
                 View(guides.distance.view()),
                 View(guides.face_normal.view()),
                 View(guides.motion_id.view()),
-                View(noisy.diffuse.view()),
                 // What stands in for a missing lobe changes nothing: no pixel takes it.
-                View(noisy.specular.as_ref().unwrap_or(&noisy.diffuse).view()),
+                View(lobes::of(noisy)[0].view()),
+                View(lobes::of(noisy)[1].view()),
                 View(noisy.samples.view()),
                 View(edge.view()),
-                self.non_finite.as_entire_binding(),
+                self.invalid.as_entire_binding(),
             ],
-            workgroups(noisy.size()),
+            lobes::workgroups(noisy.size()),
         );
-        recorder.counter("denoise_non_finite", &self.non_finite, 0);
+        recorder.counter("denoise_invalid", &self.invalid, 0);
     }
-}
-
-/// Groups of [`WORKGROUP`] that cover a picture.
-pub fn workgroups([width, height]: [u32; 2]) -> [u32; 3] {
-    [width.div_ceil(WORKGROUP[0]), height.div_ceil(WORKGROUP[1]), 1]
 }

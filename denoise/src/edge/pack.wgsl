@@ -16,7 +16,7 @@ struct EdgeParams {
 @group(2) @binding(5) var in_specular: texture_2d<f32>;
 @group(2) @binding(6) var in_samples: texture_2d<u32>;
 @group(3) @binding(0) var out_edge: texture_storage_2d<rgba32uint, write>;
-@group(3) @binding(1) var<storage, read_write> out_non_finite: atomic<u32>;
+@group(3) @binding(1) var<storage, read_write> out_invalid: atomic<u32>;
 
 const DISTANCE_LARGEST = 1e15;
 
@@ -26,10 +26,10 @@ fn edge_pack(@builtin(global_invocation_id) id: vec3u) {
     if (any(id.xy >= size)) {
         return;
     }
-    let diffuse_is_finite = all(half_is_finite(textureLoad(in_diffuse, id.xy, 0)));
-    let specular_is_finite = all(half_is_finite(textureLoad(in_specular, id.xy, 0)));
-    if (!diffuse_is_finite || !specular_is_finite) {
-        atomicAdd(&out_non_finite, 1u);
+    let diffuse_is_valid = light_is_valid(textureLoad(in_diffuse, id.xy, 0));
+    let specular_is_valid = light_is_valid(textureLoad(in_specular, id.xy, 0));
+    if (!diffuse_is_valid || !specular_is_valid) {
+        atomicAdd(&out_invalid, 1u);
     }
     let distance = textureLoad(in_distance, id.xy, 0).r;
     if (!(distance > 0.0) || !half_is_finite(vec4f(distance)).x) {
@@ -44,10 +44,10 @@ fn edge_pack(@builtin(global_invocation_id) id: vec3u) {
     let code = max(words.w & 0xffu, (words.w >> 8u) & 0xffu);
     var bits = textureLoad(in_motion_id, id.xy, 0).y & params.object_mask;
     if (any(brdf_diffuse_albedo(surface) > vec3f(0.0))) {
-        bits |= EDGE_DIFFUSE_TAKES | select(0u, EDGE_DIFFUSE_GIVES, is_traced && diffuse_is_finite);
+        bits |= EDGE_DIFFUSE_TAKES | select(0u, EDGE_DIFFUSE_GIVES, is_traced && diffuse_is_valid);
     }
     if (brdf_has_specular(surface) && code >= params.specular_code_min) {
-        bits |= EDGE_SPECULAR_TAKES | select(0u, EDGE_SPECULAR_GIVES, is_traced && specular_is_finite);
+        bits |= EDGE_SPECULAR_TAKES | select(0u, EDGE_SPECULAR_GIVES, is_traced && specular_is_valid);
     }
     let point = vec2f(id.xy) + vec2f(0.5) + frame.jitter;
     let depth = min(distance, DISTANCE_LARGEST) * dot(frame_view_direction(point, size), frame.forward);

@@ -1,13 +1,12 @@
 //! The CPU half: the same functions as `edge.inc.wgsl` and `pack.wgsl`, in the same order, in f32 like the shaders.
 
 use super::EdgeParams;
-use crate::five_phase::reference::Light;
+use crate::light::reference::{Light, at, is_valid, size_of};
 use frame::brdf;
 use frame::cpu::Image;
 use frame::info::Frame;
 use frame::surface::{Surface, face_normal_unpack, normal_unpack};
 use glam::{IVec2, Vec2, Vec3};
-use half::f16;
 
 /// The lobe takes from its neighbours.
 pub const TAKES: [u32; 2] = [1 << 28, 1 << 30];
@@ -17,16 +16,6 @@ pub const GIVES: [u32; 2] = [1 << 29, 1 << 31];
 pub const OBJECT_MASK: u32 = super::OBJECT_MASK;
 
 const DISTANCE_LARGEST: f32 = 1e15;
-const HALF_LARGEST: f32 = 65504.0;
-
-/// The texel of a pixel that is known to lie inside.
-pub(crate) fn at<T: Copy>(image: &Image<T>, p: IVec2) -> T {
-    image.get(p.x, p.y).expect("a pixel inside the picture")
-}
-
-pub(crate) fn is_finite(light: [f32; 4]) -> bool {
-    light.iter().all(|x| x.is_finite())
-}
 
 fn ray(frame: &Frame, p: IVec2, size: IVec2) -> Vec3 {
     let point = p.as_vec2() + 0.5 + Vec2::from(frame.jitter);
@@ -49,13 +38,39 @@ pub fn face_normal(texel: [u32; 4]) -> Vec3 {
     face_normal_unpack(texel[2])
 }
 
-fn roughness(texel: [u32; 4]) -> f32 {
+/// 0..1, the higher of the two.
+pub fn roughness(texel: [u32; 4]) -> f32 {
     (texel[1] >> 24) as f32 / 255.0
 }
 
 /// Metres that one row spans at the depth of the pixel.
 pub fn footprint(frame: &Frame, texel: [u32; 4], size: IVec2) -> f32 {
     (f32::from_bits(texel[0]) * 2.0 * Vec3::from(frame.up).length() / size.y as f32).max(1e-30)
+}
+
+/// A tap's weight by its geometry: the cosine between normals to a power, and the distance from the centre's plane in
+/// `rows`.
+pub fn geometry_weight(
+    frame: &Frame,
+    edge: &Image<[u32; 4]>,
+    [p, q]: [IVec2; 2],
+    power: f32,
+    rows: f32,
+) -> f32 {
+    let size = size_of(edge);
+    let (centre, tap) = (at(edge, p), at(edge, q));
+    let away = position(frame, tap, q, size) - position(frame, centre, p, size);
+    let plane = face_normal(centre).dot(away).abs() / footprint(frame, centre, size);
+    let facing = normal(tap).dot(normal(centre));
+    let turned = if facing > 0.0 { -power * facing.clamp(0.01, 1.0).ln() } else { 80.0 };
+    (-(turned + (plane / rows.max(1e-6)).min(80.0))).exp()
+}
+
+/// How unlike two roughnesses may be: 1 for equal ones, 0 from `fraction` of the centre's on.
+pub fn roughness_weight([centre, tap]: [[u32; 4]; 2], fraction: f32) -> f32 {
+    let wanted = roughness(centre);
+    let unlike = (roughness(tap) - wanted).abs() / (fraction * wanted).max(1e-6);
+    (1.0 - unlike).max(0.0)
 }
 
 /// What the specular lobe's width leaves of a tap `rows` away.
@@ -69,55 +84,7 @@ pub fn lobe_weight(
     let wanted = roughness(centre);
     let radius = spread * wanted * wanted * size.y as f32 / (2.0 * Vec3::from(frame.up).length());
     let far = rows.length_squared() / (radius * radius).max(1e-6);
-    let unlike = (roughness(tap) - wanted).abs() / (fraction * wanted).max(1e-6);
-    (-0.5 * far).exp() * (1.0 - unlike).max(0.0)
-}
-
-/// Weighted sums of a lobe; lengths only over taps that have one.
-#[derive(Clone, Copy, Default)]
-pub struct EdgeSum {
-    rgb: Vec3,
-    weight: f32,
-    length: f32,
-    length_weight: f32,
-}
-
-impl EdgeSum {
-    /// One more tap.
-    pub fn add(&mut self, [r, g, b, a]: [f32; 4], weight: f32) {
-        let length_weight = if a > 0.0 { weight } else { 0.0 };
-        self.rgb += weight * Vec3::new(r, g, b);
-        self.weight += weight;
-        self.length += length_weight * a;
-        self.length_weight += length_weight;
-    }
-
-    /// Sum of the weights.
-    pub fn weight(&self) -> f32 {
-        self.weight
-    }
-
-    /// The sums over `weight`; the length over its own, at least `least`.
-    pub fn over(&self, weight: f32, least: f32) -> [f32; 4] {
-        (self.rgb / weight).extend(self.length / self.length_weight.max(least)).to_array()
-    }
-
-    /// As a half float stores it; what was there before where there is nothing to average.
-    pub fn mean(&self, [r, g, b, a]: [f32; 4]) -> [f32; 4] {
-        let rgb = if self.weight > 1e-20 { self.rgb / self.weight } else { Vec3::new(r, g, b) };
-        let length = if self.length_weight > 1e-20 { self.length / self.length_weight } else { a };
-        stored(rgb.extend(length).to_array())
-    }
-}
-
-/// Each number as a half float stores it.
-pub fn stored(light: [f32; 4]) -> [f32; 4] {
-    light.map(|x| f16::from_f32(x.min(HALF_LARGEST)).to_f32())
-}
-
-/// The light as it came; 0 for what is not finite.
-pub fn untouched(light: [f32; 4]) -> [f32; 4] {
-    if is_finite(light) { light } else { [0.0; 4] }
+    (-0.5 * far).exp() * roughness_weight([centre, tap], fraction)
 }
 
 /// The four words of each pixel; `motion_id` is the object alone.
@@ -129,8 +96,7 @@ pub fn pack(
     face_normal_and_object: &Image<[u32; 2]>,
     noisy: &Light,
 ) -> Image<[u32; 4]> {
-    let [width, height] = surface.size();
-    let size = IVec2::new(width as i32, height as i32);
+    let size = size_of(surface);
     Image::from_fn(surface.size(), |x, y| {
         let p = IVec2::new(x as i32, y as i32);
         let distance = at(distance, p);
@@ -145,11 +111,11 @@ pub fn pack(
         let mut bits = object & params.object_mask;
         let albedo = surface.base * (1.0 - surface.metalness) * (1.0 - surface.transmission);
         if albedo.max_element() > 0.0 {
-            let gives = is_traced && is_finite(at(&noisy.diffuse, p));
+            let gives = is_traced && is_valid(at(&noisy.diffuse, p));
             bits |= TAKES[0] | if gives { GIVES[0] } else { 0 };
         }
         if brdf::has_specular(&surface) && code >= params.specular_code_min {
-            let gives = is_traced && noisy.specular.as_ref().is_none_or(|light| is_finite(at(light, p)));
+            let gives = is_traced && noisy.specular.as_ref().is_none_or(|light| is_valid(at(light, p)));
             bits |= TAKES[1] | if gives { GIVES[1] } else { 0 };
         }
         let direction = ray(frame, p, size).normalize();

@@ -23,6 +23,10 @@ struct PhaseParams {
     is_triangular: u32,
     // 1: specular taps must be of this bracket or above.
     same_bracket: u32,
+    // 1: the picture's mirror image lies beyond its border, 0: nothing.
+    is_mirrored: u32,
+    // 1: the cut-off is of the difference in distance from the viewer, 0: of the distance between points.
+    by_depth: u32,
 }
 
 override has_specular: bool = true;
@@ -35,40 +39,6 @@ override has_specular: bool = true;
 @group(3) @binding(1) var out_specular: texture_storage_2d<rgba16float, write>;
 
 const RADIUS_MAX = 64;
-
-// Weighted sums; lengths only over taps that have one.
-struct LobeSum {
-    rgb: vec3f,
-    weight: f32,
-    length: f32,
-    length_weight: f32,
-}
-
-fn lobe_add(sum: LobeSum, light: vec4f, weight: f32) -> LobeSum {
-    let length_weight = select(0.0, weight, light.a > 0.0);
-    return LobeSum(
-        sum.rgb + weight * light.rgb,
-        sum.weight + weight,
-        sum.length + length_weight * light.a,
-        sum.length_weight + length_weight,
-    );
-}
-
-// Nothing to average leaves 0: a pixel with neither a sample of its own nor a neighbour that has one.
-fn lobe_mean(sum: LobeSum) -> vec4f {
-    var mean = vec4f(0.0);
-    if (sum.weight > 0.0) {
-        mean = vec4f(sum.rgb / sum.weight, 0.0);
-    }
-    if (sum.length_weight > 0.0) {
-        mean.a = sum.length / sum.length_weight;
-    }
-    return half_rounded(mean);
-}
-
-fn lobe_untouched(light: vec4f) -> vec4f {
-    return select(vec4f(0.0), light, all(half_is_finite(light)));
-}
 
 @compute @workgroup_size(8, 8)
 fn filter_phase(@builtin(global_invocation_id) id: vec3u) {
@@ -83,7 +53,8 @@ fn filter_phase(@builtin(global_invocation_id) id: vec3u) {
 
     let position = bitcast<vec3f>(centre.xyz);
     let normal = surface_normal_unpack(centre.w);
-    let growth = floor(length(position) / params.growth_step);
+    let viewer = length(position);
+    let growth = floor(viewer / params.growth_step);
     let rows = params.kernel_radius + min(params.radius_growth * growth, params.radius_growth_max);
     let cutoff = params.radial_cutoff + min(params.cutoff_growth * growth, params.cutoff_growth_max);
     var radius = min(i32(floor(rows * params.radius_scale + 0.5)), RADIUS_MAX);
@@ -94,36 +65,39 @@ fn filter_phase(@builtin(global_invocation_id) id: vec3u) {
 
     let along = dot(p, params.step);
     let last = dot(size - vec2i(1), params.step);
-    var diffuse = LobeSum(vec3f(0.0), 0.0, 0.0, 0.0);
+    var diffuse = light_nothing();
     var specular = diffuse;
-    for (var j = max(-radius, -along); j <= min(radius, last - along); j++) {
-        let q = p + j * params.step;
+    let first_step = select(max(-radius, -along), -radius, params.is_mirrored == 1u);
+    let last_step = select(min(radius, last - along), radius, params.is_mirrored == 1u);
+    for (var j = first_step; j <= last_step; j++) {
+        let q = light_mirrored(p + j * params.step, size);
         let guide = textureLoad(in_guide, q, 0);
         let offset = bitcast<vec3f>(guide.xyz) - position;
         let facing = dot(normal, surface_normal_unpack(guide.w));
-        if (facing <= 0.0 || dot(offset, offset) > cutoff * cutoff) {
+        let apart = select(length(offset), abs(length(bitcast<vec3f>(guide.xyz)) - viewer), params.by_depth == 1u);
+        if (facing <= 0.0 || apart > cutoff) {
             continue;
         }
         let weight = facing * (1.0 - falloff * f32(abs(j)));
         if (is_diffuse && (guide.w >> 31u) == 1u) {
-            diffuse = lobe_add(diffuse, textureLoad(in_diffuse, q, 0), weight);
+            diffuse = light_add(diffuse, textureLoad(in_diffuse, q, 0), weight);
         }
         let is_bracket = params.same_bracket == 0u || (guide.w >> (24u + params.phase) & 1u) == 1u;
         if (is_specular && is_bracket && (guide.w >> 29u & 1u) == 1u) {
-            specular = lobe_add(specular, textureLoad(in_specular, q, 0), weight);
+            specular = light_add(specular, textureLoad(in_specular, q, 0), weight);
         }
     }
 
     if (is_diffuse) {
-        textureStore(out_diffuse, p, lobe_mean(diffuse));
+        textureStore(out_diffuse, p, light_mean(diffuse, light_mended(in_diffuse, p)));
     } else {
-        textureStore(out_diffuse, p, lobe_untouched(textureLoad(in_diffuse, p, 0)));
+        textureStore(out_diffuse, p, light_mended(in_diffuse, p));
     }
     if (has_specular) {
         if (is_specular) {
-            textureStore(out_specular, p, lobe_mean(specular));
+            textureStore(out_specular, p, light_mean(specular, light_mended(in_specular, p)));
         } else {
-            textureStore(out_specular, p, lobe_untouched(textureLoad(in_specular, p, 0)));
+            textureStore(out_specular, p, light_mended(in_specular, p));
         }
     }
 }

@@ -16,12 +16,7 @@ struct GuideParams {
 @group(2) @binding(3) var in_specular: texture_2d<f32>;
 @group(2) @binding(4) var in_samples: texture_2d<u32>;
 @group(3) @binding(0) var out_guide: texture_storage_2d<rgba32uint, write>;
-@group(3) @binding(1) var<storage, read_write> out_non_finite: atomic<u32>;
-
-// A comparison with NaN may be folded away; the exponent's bits cannot lie.
-fn guide_is_finite(light: vec4f) -> bool {
-    return all((bitcast<vec4u>(light) & vec4u(0x7f800000u)) != vec4u(0x7f800000u));
-}
+@group(3) @binding(1) var<storage, read_write> out_invalid: atomic<u32>;
 
 // One bit per phase whose threshold this roughness reaches.
 fn guide_phases(code: u32) -> u32 {
@@ -39,10 +34,10 @@ fn guide_pack(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let distance = textureLoad(in_distance, id.xy, 0).r;
-    let diffuse_is_finite = guide_is_finite(textureLoad(in_diffuse, id.xy, 0));
-    let specular_is_finite = params.has_specular == 0u || guide_is_finite(textureLoad(in_specular, id.xy, 0));
-    if (!diffuse_is_finite || !specular_is_finite) {
-        atomicAdd(&out_non_finite, 1u);
+    let diffuse_is_valid = light_is_valid(textureLoad(in_diffuse, id.xy, 0));
+    let specular_is_valid = params.has_specular == 0u || light_is_valid(textureLoad(in_specular, id.xy, 0));
+    if (!diffuse_is_valid || !specular_is_valid) {
+        atomicAdd(&out_invalid, 1u);
     }
     if (!(distance > 0.0)) {
         textureStore(out_guide, id.xy, vec4u(0u));
@@ -57,11 +52,11 @@ fn guide_pack(@builtin(global_invocation_id) id: vec3u) {
         // The overall roughness is the higher of the two.
         let code = max(words.w & 0xffu, (words.w >> 8u) & 0xffu);
         bits |= guide_phases(code) << 24u;
-        bits |= select(0u, 1u << 29u, is_traced && specular_is_finite);
+        bits |= select(0u, 1u << 29u, is_traced && specular_is_valid);
     }
     if (any(brdf_diffuse_albedo(surface) > vec3f(0.0))) {
         bits |= 1u << 30u;
-        bits |= select(0u, 1u << 31u, is_traced && diffuse_is_finite);
+        bits |= select(0u, 1u << 31u, is_traced && diffuse_is_valid);
     }
     let point = vec2f(id.xy) + vec2f(0.5) + frame.jitter;
     let position = distance * frame_view_direction(point, size);

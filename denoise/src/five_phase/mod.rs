@@ -19,7 +19,7 @@
 //!   surface lacks.
 //! - **Pixels are not square**: `scale` is 1 along a column and [`FrameInfo::columns_per_row`] along a row, and the half
 //!   width is rounded to the nearest pixel after growth, so that 1, 2, 3, 4, 6 become 1, 2, 2, 3, 5 at 0.75.
-//! - **Valid** is what was hit, traced, is finite and has the lobe. A traced pixel whose lobe happened to draw no sample
+//! - **Valid** is what was hit, traced, valid ([`crate::light`]) and has the lobe. A traced pixel whose lobe happened to draw no sample
 //!   is a valid 0 (see the crate's page). What is not valid but has the lobe is filled from its neighbours; it never
 //!   gives. The mean hit distance in a is filtered by the same weights over the taps that have one.
 //! - The centre's own weight is 1, so the sum of weights is at least 1 wherever the centre is valid, and constant light
@@ -29,7 +29,7 @@
 //! and a word with the normal's 24 bits, one bit per phase that the specular lobe takes part in, and one each for
 //! "specular gives", "diffuse takes", "diffuse gives".
 //!
-//! Pixels whose light is not finite are counted as `denoise_non_finite`. Two pictures are used in turn, so only the last
+//! Pixels whose light is not valid are counted as `denoise_invalid`. Two pictures are used in turn, so only the last
 //! pass's are there to be looked at.
 //!
 //! Departs from the paper: two lobes instead of one; the rest of what it leaves open is a knob (`settings.rs`).
@@ -39,13 +39,15 @@ mod settings;
 
 pub use settings::{Axis, FALLOFFS, ORDERS, PHASES, Settings};
 
+use crate::lobes::{self, Turns};
 use crate::{Denoiser, Guides, Need};
 use frame::info::{Frame, FrameInfo};
 use frame::{
-    Bind, Buffer, GBuffer, Gpu, GpuError, Kernel, KernelDesc, Knob, RadianceImage, Recorder, Room, Texture,
-    Uniform, brdf, gpu_struct, info, surface,
+    Bind, Buffer, GBuffer, Gpu, GpuError, Kernel, Knob, RadianceImage, Recorder, Room, Texture, Uniform,
+    gpu_struct,
 };
-use wgpu::{TextureFormat, TextureUsages};
+use wgpu::BindingResource::TextureView as View;
+use wgpu::TextureFormat;
 
 gpu_struct! {
     /// See `guide.wgsl`.
@@ -88,12 +90,16 @@ gpu_struct! {
         pub is_triangular: u32,
         /// 1: taps must be of the bracket.
         pub same_bracket: u32,
+        /// 1: beyond the border lies the mirror image.
+        pub is_mirrored: u32,
+        /// 1: the cut-off is of distances from the viewer.
+        pub by_depth: u32,
         /// To 8 bytes, the alignment of `step`.
         pub _pad: u32,
     }
 }
 
-const WORKGROUP: [u32; 3] = [8, 8, 1];
+const GUIDE: TextureFormat = TextureFormat::Rgba32Uint;
 
 /// The paper's denoiser.
 pub struct FivePhase {
@@ -101,35 +107,9 @@ pub struct FivePhase {
     guide_kernel: Kernel,
     /// Without and with a specular lobe.
     phase_kernels: [Kernel; 2],
-    non_finite: Buffer,
-    pictures: Pictures,
-}
-
-/// Everything whose size is the picture's.
-struct Pictures {
+    invalid: Buffer,
     guide: Texture,
-    /// Written in turn: diffuse and specular.
-    lobes: [[Texture; 2]; 2],
-}
-
-impl Pictures {
-    fn new(gpu: &Gpu, size: [u32; 2], has_specular: bool) -> Result<Self, GpuError> {
-        let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::STORAGE_BINDING;
-        let [width, height] = size;
-        // A binding cannot be left empty: without a specular lobe, one texel stands in that nothing is stored to.
-        let specular_size = if has_specular { size } else { [1, 1] };
-        let lobes = || -> Result<[Texture; 2], GpuError> {
-            Ok([
-                RadianceImage::lobe(gpu, "FivePhase::diffuse", size)?,
-                RadianceImage::lobe(gpu, "FivePhase::specular", specular_size)?,
-            ])
-        };
-        let format = TextureFormat::Rgba32Uint;
-        Ok(Self {
-            guide: gpu.texture(Room::Radiance, "FivePhase::guide", [width, height, 1], 1, format, usage)?,
-            lobes: [lobes()?, lobes()?],
-        })
-    }
+    turns: Turns,
 }
 
 impl FivePhase {
@@ -138,53 +118,48 @@ impl FivePhase {
     /// # Errors
     /// A kernel was refused.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let guide_kernel = Kernel::new(
+        let guide_kernel = lobes::kernel(
             gpu,
-            &KernelDesc {
-                name: "denoise/five_phase/guide",
-                sources: &[info::WGSL, surface::WGSL, brdf::WGSL, include_str!("guide.wgsl")],
-                entry: "guide_pack",
-                workgroup: WORKGROUP,
-                bindings: &[
-                    Bind::uniform::<Frame>(0, 0, "frame"),
-                    Bind::uniform::<GuideParams>(0, 1, "params"),
-                    Bind::texture_uint(2, 0, "in_surface"),
-                    Bind::texture(2, 1, "in_distance"),
-                    Bind::texture(2, 2, "in_diffuse"),
-                    Bind::texture(2, 3, "in_specular"),
-                    Bind::texture_uint(2, 4, "in_samples"),
-                    Bind::storage_texture(3, 0, "out_guide", TextureFormat::Rgba32Uint),
-                    Bind::storage(3, 1, "out_non_finite"),
-                ],
-                constants: &[],
-            },
+            "denoise/five_phase/guide",
+            "guide_pack",
+            &[include_str!("guide.wgsl")],
+            &[
+                Bind::uniform::<Frame>(0, 0, "frame"),
+                Bind::uniform::<GuideParams>(0, 1, "params"),
+                Bind::texture_uint(2, 0, "in_surface"),
+                Bind::texture(2, 1, "in_distance"),
+                Bind::texture(2, 2, "in_diffuse"),
+                Bind::texture(2, 3, "in_specular"),
+                Bind::texture_uint(2, 4, "in_samples"),
+                Bind::storage_texture(3, 0, "out_guide", GUIDE),
+                Bind::storage(3, 1, "out_invalid"),
+            ],
+            &[],
         )?;
         let phase_kernel = |has_specular: bool| {
-            Kernel::new(
+            lobes::kernel(
                 gpu,
-                &KernelDesc {
-                    name: "denoise/five_phase",
-                    sources: &[surface::WGSL, frame::HALF_WGSL, include_str!("five_phase.wgsl")],
-                    entry: "filter_phase",
-                    workgroup: WORKGROUP,
-                    bindings: &[
-                        Bind::uniform::<PhaseParams>(0, 1, "params"),
-                        Bind::texture_uint(2, 0, "in_guide"),
-                        Bind::texture(2, 1, "in_diffuse"),
-                        Bind::texture(2, 2, "in_specular"),
-                        Bind::storage_texture(3, 0, "out_diffuse", RadianceImage::FORMAT),
-                        Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
-                    ],
-                    constants: &[("has_specular", f64::from(has_specular))],
-                },
+                "denoise/five_phase",
+                "filter_phase",
+                &[include_str!("five_phase.wgsl")],
+                &[
+                    Bind::uniform::<PhaseParams>(0, 1, "params"),
+                    Bind::texture_uint(2, 0, "in_guide"),
+                    Bind::texture(2, 1, "in_diffuse"),
+                    Bind::texture(2, 2, "in_specular"),
+                    Bind::storage_texture(3, 0, "out_diffuse", RadianceImage::FORMAT),
+                    Bind::storage_texture(3, 1, "out_specular", RadianceImage::FORMAT),
+                ],
+                &[("has_specular", f64::from(has_specular))],
             )
         };
         Ok(Self {
             settings: Settings::default(),
             guide_kernel,
             phase_kernels: [phase_kernel(false)?, phase_kernel(true)?],
-            non_finite: gpu.storage(Room::Radiance, "FivePhase::non_finite", &[0u32; 2])?,
-            pictures: Pictures::new(gpu, [1, 1], false)?,
+            invalid: gpu.storage(Room::Radiance, "FivePhase::invalid", &[0u32; 2])?,
+            guide: lobes::picture(gpu, Room::Radiance, "FivePhase::guide", [1, 1], GUIDE)?,
+            turns: Turns::new(gpu, "FivePhase::lobes", [1, 1], false)?,
         })
     }
 }
@@ -206,8 +181,15 @@ impl Denoiser for FivePhase {
         0
     }
 
+    fn energy_bound(&self) -> f32 {
+        // Without a mirror beyond the border, what lies next to it counts up to twice; where half widths grow, a pixel at
+        // the step may give to more than it takes from.
+        if self.settings.effective().border == 1 { 0.25 } else { 1.0 }
+    }
+
     fn resize(&mut self, gpu: &Gpu, size: [u32; 2], specular: bool) -> Result<(), GpuError> {
-        self.pictures = Pictures::new(gpu, size, specular)?;
+        self.guide = lobes::picture(gpu, Room::Radiance, "FivePhase::guide", size, GUIDE)?;
+        self.turns = Turns::new(gpu, "FivePhase::lobes", size, specular)?;
         Ok(())
     }
 
@@ -219,15 +201,12 @@ impl Denoiser for FivePhase {
         guides: &GBuffer,
         noisy: &RadianceImage,
     ) -> RadianceImage {
-        use wgpu::BindingResource::TextureView as View;
-        let [width, height] = noisy.size();
-        let workgroups = [width.div_ceil(WORKGROUP[0]), height.div_ceil(WORKGROUP[1]), 1];
-        let has_specular = noisy.specular.is_some();
-        // What stands in for a missing lobe is bound and never looked at.
-        let mut input = [&noisy.diffuse, noisy.specular.as_ref().unwrap_or(&noisy.diffuse)];
+        let workgroups = lobes::workgroups(noisy.size());
+        let (input, has_specular) = (lobes::of(noisy), noisy.specular.is_some());
+        let settings = self.settings.effective();
 
-        recorder.clear(&self.non_finite);
-        let params = recorder.uniform(&self.settings.guide_params(has_specular));
+        recorder.clear(&self.invalid);
+        let params = recorder.uniform(&settings.guide_params(has_specular));
         recorder.compute(
             "denoise/five_phase/guide",
             &self.guide_kernel,
@@ -239,44 +218,32 @@ impl Denoiser for FivePhase {
                 View(input[0].view()),
                 View(input[1].view()),
                 View(noisy.samples.view()),
-                View(self.pictures.guide.view()),
-                self.non_finite.as_entire_binding(),
+                View(self.guide.view()),
+                self.invalid.as_entire_binding(),
             ],
             workgroups,
         );
-        recorder.counter("denoise_non_finite", &self.non_finite, 0);
+        recorder.counter("denoise_invalid", &self.invalid, 0);
 
-        let mut pass = String::new();
-        for (turn, (phase, axis)) in self.settings.schedule().into_iter().enumerate() {
-            let params = recorder.uniform(&self.settings.phase_params(phase, axis, frame.columns_per_row()));
-            let output = &self.pictures.lobes[turn % 2];
-            pass = format!("denoise/five_phase/phase{phase}/{}", axis.name());
+        let schedule = settings.schedule();
+        let light = self.turns.chain(input, 0, schedule.len(), |turn, from, to| {
+            let (phase, axis) = schedule[turn];
+            let params = recorder.uniform(&settings.phase_params(phase, axis, frame));
             recorder.compute(
-                &pass,
+                &format!("denoise/five_phase/phase{phase}/{}", axis.name()),
                 &self.phase_kernels[usize::from(has_specular)],
                 &[
                     params.binding(),
-                    View(self.pictures.guide.view()),
-                    View(input[0].view()),
-                    View(input[1].view()),
-                    View(output[0].view()),
-                    View(output[1].view()),
+                    View(self.guide.view()),
+                    View(from[0].view()),
+                    View(from[1].view()),
+                    View(to[0].view()),
+                    View(to[1].view()),
                 ],
                 workgroups,
             );
-            input = [&output[0], &output[1]];
-        }
-
-        let clean = RadianceImage {
-            diffuse: input[0].clone(),
-            specular: has_specular.then(|| input[1].clone()),
-            samples: noisy.samples.clone(),
-        };
-        recorder.output(&format!("{pass}/diffuse"), &clean.diffuse);
-        if let Some(specular) = &clean.specular {
-            recorder.output(&format!("{pass}/specular"), specular);
-        }
-        clean
+        });
+        lobes::clean(recorder, "five_phase", noisy, light)
     }
 }
 

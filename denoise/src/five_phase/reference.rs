@@ -1,41 +1,14 @@
 //! The CPU half: the same functions as `guide.wgsl` and `five_phase.wgsl`, in the same order, in f32 like the shaders.
 
 use super::{GuideParams, PhaseParams, Settings};
+use crate::light::reference::{Light, LightSum, at, is_valid, mended, mirrored, size_of};
 use frame::brdf;
 use frame::cpu::Image;
-use frame::info::Frame;
+use frame::info::{Frame, FrameInfo};
 use frame::surface::{Surface, normal_unpack};
 use glam::{IVec2, Vec2, Vec3};
-use half::f16;
 
 const RADIUS_MAX: i32 = 64;
-const HALF_MAX: f32 = 65504.0;
-
-/// Light of both lobes at trace size, as [`frame::RadianceImage`] holds it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Light {
-    /// rgb, and metres.
-    pub diffuse: Image<[f32; 4]>,
-    /// rgb, and metres.
-    pub specular: Option<Image<[f32; 4]>>,
-    /// Samples: diffuse in the low half, specular in the high half.
-    pub samples: Image<u32>,
-}
-
-/// The texel outside the picture: no tap asks for one.
-const OUTSIDE: &str = "a tap inside the picture";
-
-fn at<T: Copy>(image: &Image<T>, p: IVec2) -> T {
-    image.get(p.x, p.y).expect(OUTSIDE)
-}
-
-fn size_of(size: [u32; 2]) -> IVec2 {
-    IVec2::new(size[0] as i32, size[1] as i32)
-}
-
-fn is_finite(light: [f32; 4]) -> bool {
-    light.iter().all(|x| x.is_finite())
-}
 
 fn phases(params: &GuideParams, code: u32) -> u32 {
     let mut phases = 0;
@@ -51,7 +24,7 @@ fn view_direction(frame: &Frame, point: Vec2, size: Vec2) -> Vec3 {
 }
 
 /// What every tap asks about a pixel: position relative to the eye, and the bits that `super` lists. The second
-/// result counts the pixels whose light is not finite.
+/// result counts the pixels whose light is not valid.
 pub fn guide_pack(
     params: &GuideParams,
     frame: &Frame,
@@ -59,15 +32,15 @@ pub fn guide_pack(
     distance: &Image<f32>,
     noisy: &Light,
 ) -> (Image<(Vec3, u32)>, u64) {
-    let size = size_of(surface.size());
-    let mut non_finite = 0;
+    let size = size_of(surface);
+    let mut invalid = 0;
     let guide = Image::from_fn(surface.size(), |x, y| {
         let p = IVec2::new(x as i32, y as i32);
         let distance = at(distance, p);
-        let diffuse_is_finite = is_finite(at(&noisy.diffuse, p));
-        let specular_is_finite = noisy.specular.as_ref().is_none_or(|specular| is_finite(at(specular, p)));
-        if !diffuse_is_finite || !specular_is_finite {
-            non_finite += 1;
+        let diffuse_is_valid = is_valid(at(&noisy.diffuse, p));
+        let specular_is_valid = noisy.specular.as_ref().is_none_or(|specular| is_valid(at(specular, p)));
+        if !diffuse_is_valid || !specular_is_valid {
+            invalid += 1;
         }
         let is_hit = distance > 0.0;
         if !is_hit {
@@ -81,55 +54,22 @@ pub fn guide_pack(
         if params.has_specular != 0 && brdf::has_specular(&surface) {
             let code = (words[3] & 0xff).max((words[3] >> 8) & 0xff);
             bits |= phases(params, code) << 24;
-            bits |= u32::from(is_traced && specular_is_finite) << 29;
+            bits |= u32::from(is_traced && specular_is_valid) << 29;
         }
         let albedo = surface.base * (1.0 - surface.metalness) * (1.0 - surface.transmission);
         if albedo.max_element() > 0.0 {
             bits |= 1 << 30;
-            bits |= u32::from(is_traced && diffuse_is_finite) << 31;
+            bits |= u32::from(is_traced && diffuse_is_valid) << 31;
         }
         let point = p.as_vec2() + 0.5 + Vec2::from(frame.jitter);
         (distance * view_direction(frame, point, size.as_vec2()), bits)
     });
-    (guide, non_finite)
-}
-
-#[derive(Default)]
-struct LobeSum {
-    rgb: Vec3,
-    weight: f32,
-    length: f32,
-    length_weight: f32,
-}
-
-impl LobeSum {
-    fn add(&mut self, [r, g, b, a]: [f32; 4], weight: f32) {
-        let length_weight = if a > 0.0 { weight } else { 0.0 };
-        self.rgb += weight * Vec3::new(r, g, b);
-        self.weight += weight;
-        self.length += length_weight * a;
-        self.length_weight += length_weight;
-    }
-
-    fn mean(&self) -> [f32; 4] {
-        let rgb = if self.weight > 0.0 { self.rgb / self.weight } else { Vec3::ZERO };
-        let length = if self.length_weight > 0.0 { self.length / self.length_weight } else { 0.0 };
-        rgb.extend(length).min(glam::Vec4::splat(HALF_MAX)).to_array()
-    }
-}
-
-fn untouched(light: [f32; 4]) -> [f32; 4] {
-    if is_finite(light) { light } else { [0.0; 4] }
-}
-
-/// Each number as a half float stores it.
-fn stored(light: [f32; 4]) -> [f32; 4] {
-    light.map(|x| f16::from_f32(x).to_f32())
+    (guide, invalid)
 }
 
 /// One phase along one axis.
 pub fn filter_phase(params: &PhaseParams, guide: &Image<(Vec3, u32)>, input: &Light) -> Light {
-    let size = size_of(guide.size());
+    let size = size_of(guide);
     let step = IVec2::from(params.step);
     let mut output = input.clone();
     for (y, x) in (0..size.y).flat_map(|y| (0..size.x).map(move |x| (y, x))) {
@@ -139,7 +79,8 @@ pub fn filter_phase(params: &PhaseParams, guide: &Image<(Vec3, u32)>, input: &Li
         let is_specular = input.specular.is_some() && (bits >> (24 + params.phase)) & 1 == 1;
 
         let normal = normal_unpack(bits);
-        let growth = (position.length() / params.growth_step).floor();
+        let viewer = position.length();
+        let growth = (viewer / params.growth_step).floor();
         let rows = params.kernel_radius + (params.radius_growth * growth).min(params.radius_growth_max);
         let cutoff = params.radial_cutoff + (params.cutoff_growth * growth).min(params.cutoff_growth_max);
         let mut radius = ((rows * params.radius_scale + 0.5).floor() as i32).min(RADIUS_MAX);
@@ -150,14 +91,22 @@ pub fn filter_phase(params: &PhaseParams, guide: &Image<(Vec3, u32)>, input: &Li
 
         let along = p.dot(step);
         let last = (size - 1).dot(step);
-        let mut diffuse = LobeSum::default();
-        let mut specular = LobeSum::default();
-        for j in (-radius).max(-along)..=radius.min(last - along) {
-            let q = p + j * step;
+        let mut diffuse = LightSum::default();
+        let mut specular = LightSum::default();
+        let steps = match params.is_mirrored {
+            0 => (-radius).max(-along)..=radius.min(last - along),
+            _ => -radius..=radius,
+        };
+        for j in steps {
+            let q = mirrored(p + j * step, size);
             let (tap_position, tap_bits) = at(guide, q);
             let offset = tap_position - position;
             let facing = normal.dot(normal_unpack(tap_bits));
-            if facing <= 0.0 || offset.length_squared() > cutoff * cutoff {
+            let apart = match params.by_depth {
+                0 => offset.length(),
+                _ => (tap_position.length() - viewer).abs(),
+            };
+            if facing <= 0.0 || apart > cutoff {
                 continue;
             }
             let weight = facing * (1.0 - falloff * j.abs() as f32);
@@ -174,11 +123,14 @@ pub fn filter_phase(params: &PhaseParams, guide: &Image<(Vec3, u32)>, input: &Li
             }
         }
 
-        let write = |image: &mut Image<[f32; 4]>, light| *image.get_mut(x, y).expect(OUTSIDE) = stored(light);
-        let light = if is_diffuse { diffuse.mean() } else { untouched(at(&input.diffuse, p)) };
-        write(&mut output.diffuse, light);
+        let write = |image: &mut Image<[f32; 4]>, before: &Image<[f32; 4]>, takes: bool, sum: LightSum| {
+            let before = mended(before, p);
+            *image.get_mut(x, y).expect("a pixel inside the picture") =
+                if takes { sum.mean(before) } else { before };
+        };
+        write(&mut output.diffuse, &input.diffuse, is_diffuse, diffuse);
         if let (Some(image), Some(before)) = (&mut output.specular, &input.specular) {
-            write(image, if is_specular { specular.mean() } else { untouched(at(before, p)) });
+            write(image, before, is_specular, specular);
         }
     }
     output
@@ -187,15 +139,15 @@ pub fn filter_phase(params: &PhaseParams, guide: &Image<(Vec3, u32)>, input: &Li
 /// The whole denoiser.
 pub fn denoise(
     settings: &Settings,
-    frame: &Frame,
-    columns_per_row: f32,
+    frame: &FrameInfo,
     surface: &Image<[u32; 4]>,
     distance: &Image<f32>,
     noisy: &Light,
 ) -> Light {
+    let settings = settings.effective();
     let params = settings.guide_params(noisy.specular.is_some());
-    let (guide, _) = guide_pack(&params, frame, surface, distance, noisy);
+    let (guide, _) = guide_pack(&params, &frame.uniform(), surface, distance, noisy);
     settings.schedule().into_iter().fold(noisy.clone(), |light, (phase, axis)| {
-        filter_phase(&settings.phase_params(phase, axis, columns_per_row), &guide, &light)
+        filter_phase(&settings.phase_params(phase, axis, frame), &guide, &light)
     })
 }

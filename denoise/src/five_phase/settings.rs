@@ -1,7 +1,7 @@
 //! What the paper leaves open about its blur, as settings, and the passes that follow from them.
 
 use super::{GuideParams, PhaseParams};
-use frame::Knob;
+use frame::{FrameInfo, Knob};
 
 /// Phases of the blur, the paper's.
 pub const PHASES: usize = 5;
@@ -27,12 +27,32 @@ pub struct Settings {
     pub falloff: u32,
     /// A tap must be of the phase's bracket, too.
     pub same_bracket: bool,
+    /// Index into [`BORDERS`].
+    pub border: u32,
+    /// Index into [`CUTOFFS`].
+    pub cutoff: u32,
+    /// Index into [`SCALES`].
+    pub scale: u32,
+    /// Index into [`PRESETS`].
+    pub preset: u32,
 }
 
 /// Orders of the ten passes.
 pub const ORDERS: &[&str] = &["ascending", "axes", "descending"];
 /// Weights over the kernel.
 pub const FALLOFFS: &[&str] = &["box", "triangular"];
+
+/// What lies beyond the picture.
+pub const BORDERS: &[&str] = &["nothing", "mirror"];
+/// What the radial cut-off is measured on.
+pub const CUTOFFS: &[&str] = &["points", "distances"];
+/// What a half width counts.
+pub const SCALES: &[&str] = &["rows", "height"];
+/// Whose numbers the knobs start from.
+pub const PRESETS: &[&str] = &["paper", "tuned"];
+
+/// Rows that the half widths are made for, where they scale with the picture.
+const HEIGHT: f32 = 480.0;
 
 impl Default for Settings {
     fn default() -> Self {
@@ -46,6 +66,10 @@ impl Default for Settings {
             order: 0,
             falloff: 0,
             same_bracket: true,
+            border: 0,
+            cutoff: 0,
+            scale: 0,
+            preset: 0,
         }
     }
 }
@@ -72,6 +96,12 @@ impl Axis {
 const TAU_NAMES: [&str; PHASES] = ["tau0", "tau1", "tau2", "tau3", "tau4"];
 const RADIUS_NAMES: [&str; PHASES] = ["k0", "k1", "k2", "k3", "k4"];
 const CUTOFF_NAMES: [&str; PHASES] = ["rho0", "rho1", "rho2", "rho3", "rho4"];
+
+/// The tuned preset: small kernels that do not grow, cut-offs of less than half.
+const TUNED_RADIUS: [u32; PHASES] = [1, 1, 2, 3, 4];
+const TUNED_CUTOFF: [f32; PHASES] = [0.02, 0.04, 0.08, 0.12, 0.2];
+const TUNED_RADIUS_GROWTH: f32 = 0.0;
+const TUNED_CUTOFF_GROWTH: f32 = 0.02;
 
 const TAU_DOC: &str = "least overall roughness that this phase filters; higher keeps more of glossy reflections and \
      their noise. The paper gives no edges: five equal brackets, the first cut down to 0.02 so that only mirrors are \
@@ -157,6 +187,35 @@ impl Settings {
                 "a tap must be of the phase's bracket or above, too; off lets the picture in a mirror bleed into rough \
                  neighbours. The paper speaks of the fragment only: on",
             ),
+            Knob::choice(
+                "border",
+                &mut self.border,
+                BORDERS,
+                "what lies beyond the picture. mirror keeps the light of what is next to the border, nothing counts it up to \
+                 twice. The paper does not say: nothing, the plainest reading",
+            ),
+            Knob::choice(
+                "cutoff",
+                &mut self.cutoff,
+                CUTOFFS,
+                "what the radial cut-off is measured on: points, the distance between two in the world; distances, the \
+                 difference of theirs from the viewer, which lets walls across the view blur farther. The paper says radial: \
+                 points",
+            ),
+            Knob::choice(
+                "scale",
+                &mut self.scale,
+                SCALES,
+                "what half widths count: rows; or height, rows of a picture 480 high, so that another size looks alike. The \
+                 paper has one size only: rows",
+            ),
+            Knob::choice(
+                "preset",
+                &mut self.preset,
+                PRESETS,
+                "whose numbers the knobs start from; those that were moved keep their value. paper: the plainest reading; \
+                 tuned: the least error at the same cost or less (docs/denoisers.md)",
+            ),
         ]);
         knobs
     }
@@ -186,12 +245,38 @@ impl Settings {
         }
     }
 
+    /// With the preset's numbers for every knob of its that still has its default.
+    pub fn effective(&self) -> Self {
+        let (mut settings, paper) = (*self, Self::default());
+        if self.preset == 0 {
+            return settings;
+        }
+        if settings.kernel_radius == paper.kernel_radius {
+            settings.kernel_radius = TUNED_RADIUS;
+        }
+        if settings.radial_cutoff == paper.radial_cutoff {
+            settings.radial_cutoff = TUNED_CUTOFF;
+        }
+        if settings.radius_growth[0] == paper.radius_growth[0] {
+            settings.radius_growth[0] = TUNED_RADIUS_GROWTH;
+        }
+        if settings.cutoff_growth[0] == paper.cutoff_growth[0] {
+            settings.cutoff_growth[0] = TUNED_CUTOFF_GROWTH;
+        }
+        if settings.border == paper.border {
+            settings.border = 1;
+        }
+        settings
+    }
+
     /// For one pass.
-    pub fn phase_params(&self, phase: usize, axis: Axis, columns_per_row: f32) -> PhaseParams {
+    pub fn phase_params(&self, phase: usize, axis: Axis, frame: &FrameInfo) -> PhaseParams {
+        let along = if axis == Axis::Horizontal { frame.columns_per_row() } else { 1.0 };
+        let scale = if self.scale == 1 { frame.trace_size[1] as f32 / HEIGHT } else { 1.0 };
         PhaseParams {
             step: if axis == Axis::Horizontal { [1, 0] } else { [0, 1] },
             phase: phase as u32,
-            radius_scale: if axis == Axis::Horizontal { columns_per_row } else { 1.0 },
+            radius_scale: along * scale,
             kernel_radius: self.kernel_radius[phase] as f32,
             radius_growth: self.radius_growth[0],
             radius_growth_max: self.radius_growth[1],
@@ -201,6 +286,8 @@ impl Settings {
             growth_step: self.growth_step,
             is_triangular: u32::from(self.falloff == 1),
             same_bracket: u32::from(self.same_bracket),
+            is_mirrored: self.border,
+            by_depth: self.cutoff,
             _pad: 0,
         }
     }

@@ -1,5 +1,5 @@
 // One level of the wavelet, guided by the variance, both lobes at once. Formula, units: mod.rs beside this file.
-// 25 + 9 taps a pixel.
+// 25 taps a pixel.
 
 @group(2) @binding(1) var in_diffuse: texture_2d<f32>;
 @group(2) @binding(2) var in_specular: texture_2d<f32>;
@@ -13,10 +13,19 @@ const LEVEL_KERNEL = array<f32, 3>(0.375, 0.25, 0.0625);
 const LEVEL_RELATIVE = 0.00390625;
 const LEVEL_ABSOLUTE = 2.4e-7;
 
-struct LevelSum {
-    light: EdgeSum,
-    // Of squared weights.
+// One lobe at the centre; a negative variance: no light of its own.
+struct Centre {
+    light: vec4f,
+    luminance: f32,
     variance: f32,
+}
+
+struct LevelSum {
+    light: LightSum,
+    // Of squared weights, of all but the centre.
+    variance: f32,
+    // What the centre is worth.
+    own: f32,
 }
 
 // Diffuse, specular; negative: no light here.
@@ -24,37 +33,32 @@ fn level_variances(p: vec2i) -> vec2f {
     return bitcast<vec2f>(textureLoad(in_variance, p, 0).rg);
 }
 
-// The variance after a Gauss over 3x3 pixels, of both lobes; only those that have light count.
-fn level_blurred_variance(p: vec2i, size: vec2i) -> vec2f {
-    var sum = vec2f(0.0);
-    var weights = vec2f(0.0);
-    for (var k = 0; k < 9; k++) {
-        let offset = vec2i(k % 3, k / 3) - vec2i(1);
-        let q = p + offset;
-        if (any(q < vec2i(0)) || any(q >= size)) {
-            continue;
-        }
-        let found = level_variances(q);
-        let weight = select(vec2f(0.0), vec2f(0.25 / f32(1 << u32(abs(offset.x) + abs(offset.y)))), found >= vec2f(0.0));
-        sum += weight * found;
-        weights += weight;
-    }
-    return sum / max(weights, vec2f(1e-20));
+fn level_centre(light: vec4f, variance: f32) -> Centre {
+    return Centre(light, brdf_luminance(light.rgb), variance);
 }
 
-fn level_add(sum: LevelSum, light: vec4f, variance: f32, weight: f32) -> LevelSum {
-    return LevelSum(edge_sum_add(sum.light, light, weight), sum.variance + weight * weight * variance);
+// w_l, the same seen from either side; a centre without light of its own has no say.
+fn level_alike(centre: Centre, luminance: f32, variance: f32) -> f32 {
+    let deviation = params.sigma_luminance * sqrt(0.5 * (max(centre.variance, 0.0) + variance));
+    let rounding = LEVEL_RELATIVE * max(centre.luminance, luminance) + LEVEL_ABSOLUTE;
+    let fall = min(abs(luminance - centre.luminance) / (deviation + rounding), 80.0);
+    return select(1.0, exp(-fall), centre.variance >= 0.0);
 }
 
-// Minus the logarithm of w_l. `deviation` is sigma_luminance standard deviations of the centre; a centre that has no light has no say.
-fn level_luminance_fall(centre: f32, tap: f32, deviation: f32, centre_gives: bool) -> f32 {
-    let rounding = LEVEL_RELATIVE * max(abs(centre), abs(tap)) + LEVEL_ABSOLUTE;
-    return select(0.0, min(abs(tap - centre) / (deviation + rounding), 80.0), centre_gives);
+fn level_add(sum: LevelSum, centre: Centre, light: vec4f, variance: f32, weight: f32, is_centre: bool) -> LevelSum {
+    let alike = level_alike(centre, brdf_luminance(light.rgb), variance);
+    let taken = select(weight * alike, 0.0, is_centre);
+    return LevelSum(
+        light_add(sum.light, vec4f(mix(centre.light.rgb, light.rgb, alike), light.a), weight),
+        sum.variance + taken * taken * variance,
+        sum.own + weight - taken,
+    );
 }
 
 fn level_variance(sum: LevelSum, before: f32) -> f32 {
     let weight = max(sum.light.weight, 1e-15);
-    return select(before, sum.variance / (weight * weight), before >= 0.0);
+    let own = sum.own * sum.own * before;
+    return select(before, (sum.variance + own) / (weight * weight), before >= 0.0);
 }
 
 @compute @workgroup_size(8, 8)
@@ -64,26 +68,21 @@ fn level(@builtin(global_invocation_id) id: vec3u) {
     if (any(p >= size)) {
         return;
     }
-    let centre = svgf_centre(p, size);
+    let centre = edge_centre(textureLoad(in_edge, p, 0), p, size);
     let takes_diffuse = (centre.texel.w & EDGE_DIFFUSE_TAKES) != 0u;
     let takes_specular = (centre.texel.w & EDGE_SPECULAR_TAKES) != 0u;
-    let diffuse_before = edge_untouched(textureLoad(in_diffuse, p, 0));
-    let specular_before = edge_untouched(textureLoad(in_specular, p, 0));
-    let luminance = vec2f(brdf_luminance(diffuse_before.rgb), brdf_luminance(specular_before.rgb));
     let variance_before = level_variances(p);
-    let deviation = params.sigma_luminance * sqrt(level_blurred_variance(p, size));
+    let own_diffuse = level_centre(textureLoad(in_diffuse, p, 0), variance_before.x);
+    let own_specular = level_centre(textureLoad(in_specular, p, 0), variance_before.y);
 
     let reach = select(-1, 2, takes_diffuse || takes_specular);
-    var diffuse = LevelSum(EdgeSum(vec3f(0.0), 0.0, 0.0, 0.0), 0.0);
+    var diffuse = LevelSum(light_nothing(), 0.0, 0.0);
     var specular = diffuse;
     for (var j = -reach; j <= reach; j++) {
         for (var i = -reach; i <= reach; i++) {
             let steps = vec2i(i, j);
             let offset = sign(steps) * select(params.first_tap, params.second_tap, abs(steps) == vec2i(2));
-            let q = p + offset;
-            if (any(q < vec2i(0)) || any(q >= size)) {
-                continue;
-            }
+            let q = light_mirrored(p + offset, size);
             let tap_variance = level_variances(q);
             let gives_diffuse = takes_diffuse && tap_variance.x >= 0.0;
             let gives_specular = takes_specular && tap_variance.y >= 0.0;
@@ -91,35 +90,32 @@ fn level(@builtin(global_invocation_id) id: vec3u) {
                 continue;
             }
             let tap = textureLoad(in_edge, q, 0);
-            let kernel = LEVEL_KERNEL[abs(i)] * LEVEL_KERNEL[abs(j)];
+            let is_centre = all(q == p);
             let fall = svgf_geometry_fall(centre, tap, q, size);
+            let weight = LEVEL_KERNEL[abs(i)] * LEVEL_KERNEL[abs(j)] * exp(-fall);
             if (gives_diffuse) {
                 let light = textureLoad(in_diffuse, q, 0);
-                let y = brdf_luminance(light.rgb);
-                let all = fall + level_luminance_fall(luminance.x, y, deviation.x, variance_before.x >= 0.0);
-                diffuse = level_add(diffuse, light, tap_variance.x, kernel * exp(-all));
+                diffuse = level_add(diffuse, own_diffuse, light, tap_variance.x, weight, is_centre);
             }
             if (gives_specular) {
                 let light = textureLoad(in_specular, q, 0);
-                let y = brdf_luminance(light.rgb);
-                let all = fall + level_luminance_fall(luminance.y, y, deviation.y, variance_before.y >= 0.0);
                 let lobe = svgf_lobe_weight(centre, tap, offset, size);
-                specular = level_add(specular, light, tap_variance.y, kernel * lobe * exp(-all));
+                specular = level_add(specular, own_specular, light, tap_variance.y, weight * lobe, is_centre);
             }
         }
     }
 
     if (takes_diffuse) {
-        textureStore(out_diffuse, p, edge_sum_mean(diffuse.light, diffuse_before));
+        textureStore(out_diffuse, p, light_mean(diffuse.light, own_diffuse.light));
     } else {
-        textureStore(out_diffuse, p, diffuse_before);
+        textureStore(out_diffuse, p, own_diffuse.light);
     }
     // Without a specular lobe the texture is a single texel that nobody reads.
     if (all(p < vec2i(textureDimensions(out_specular)))) {
         if (takes_specular) {
-            textureStore(out_specular, p, edge_sum_mean(specular.light, specular_before));
+            textureStore(out_specular, p, light_mean(specular.light, own_specular.light));
         } else {
-            textureStore(out_specular, p, specular_before);
+            textureStore(out_specular, p, own_specular.light);
         }
     }
     let variances = vec2f(level_variance(diffuse, variance_before.x), level_variance(specular, variance_before.y));

@@ -1,24 +1,16 @@
 //! Settings of the filter, and what its passes get of them.
 
-use super::{ReprojectParams, SvgfParams};
-use crate::edge;
+use super::SvgfParams;
+use crate::{edge, temporal};
 use frame::Knob;
-use frame::info::FrameInfo;
-use glam::Vec3;
 
 /// Settings of the filter. Radii are in trace rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Least share of a new frame in the colour.
-    pub alpha_color: f32,
-    /// Least share of a new frame in the moments.
-    pub alpha_moments: f32,
-    /// Frames that a pixel remembers having.
-    pub history_max: u32,
-    /// How far from the expected plane history may lie, relative to depth.
-    pub history_plane: f32,
-    /// Least cosine between the shading normals of a pixel and its history.
-    pub history_normal: f32,
+    /// Index into [`PRESETS`].
+    pub preset: u32,
+    /// What is followed, and how long it is remembered.
+    pub temporal: temporal::Settings,
     /// Levels of the wavelet; each doubles the distance between taps.
     pub levels: u32,
     /// Of the luminance weight, standard deviations.
@@ -35,14 +27,14 @@ pub struct Settings {
     pub roughness_min: f32,
 }
 
+/// Whose numbers the knobs start from.
+pub const PRESETS: &[&str] = &["paper", "public"];
+
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            alpha_color: 0.2,
-            alpha_moments: 0.2,
-            history_max: 255,
-            history_plane: 0.01,
-            history_normal: 0.9,
+            preset: 0,
+            temporal: temporal::Settings::default(),
             levels: 5,
             sigma_luminance: 4.0,
             sigma_normal: 128.0,
@@ -57,10 +49,19 @@ impl Default for Settings {
 impl Settings {
     /// All of them, lent out.
     pub fn knobs(&mut self) -> Vec<Knob<'_>> {
-        vec![
+        let temporal::Settings { alpha_color, alpha_moments, history_max, history_plane, history_normal } =
+            &mut self.temporal;
+        let mut knobs = vec![
+            Knob::choice(
+                "preset",
+                &mut self.preset,
+                PRESETS,
+                "whose numbers the knobs start from; those that were moved keep their value. paper: Schied et al. 2017; \
+                 public: sigma_z 4, sigma_n 16, sigma_l 10, shares 0.1, as in public implementations: smoother, blurs more",
+            ),
             Knob::float(
                 "alpha_color",
-                &mut self.alpha_color,
+                alpha_color,
                 0.0..=1.0,
                 "",
                 "least share of a new frame in the colour; higher follows changes of light, lower leaves less noise, 0 \
@@ -68,7 +69,7 @@ impl Settings {
             ),
             Knob::float(
                 "alpha_moments",
-                &mut self.alpha_moments,
+                alpha_moments,
                 0.0..=1.0,
                 "",
                 "least share of a new frame in the moments of luminance; lower steadies the variance, higher follows \
@@ -76,27 +77,14 @@ impl Settings {
             ),
             Knob::int(
                 "history_max",
-                &mut self.history_max,
+                history_max,
                 1..=1024,
                 "frames",
                 "frames that a pixel counts at most; bounds 1/N where the alphas are lower. Ours: 255, long past 1/0.2",
             ),
-            Knob::float(
-                "history_plane",
-                &mut self.history_plane,
-                0.0..=1.0,
-                "",
-                "how far from the pixel's plane its history may lie, relative to depth; higher leaves trails behind edges, \
-                 lower forgets what moves towards the viewer. The paper gives none: one hundredth",
-            ),
-            Knob::float(
-                "history_normal",
-                &mut self.history_normal,
-                -1.0..=1.0,
-                "",
-                "least cosine between the shading normals of a pixel and its history; higher forgets bumps at every motion, \
-                 lower drags light around corners. The paper gives none: 0.9, 26 degrees",
-            ),
+        ];
+        knobs.extend(temporal::Settings::surface_knobs(history_plane, history_normal));
+        knobs.extend([
             Knob::int(
                 "levels",
                 &mut self.levels,
@@ -136,25 +124,28 @@ impl Settings {
                 edge::ROUGHNESS_FRACTION_DOC,
             ),
             Knob::float("roughness_min", &mut self.roughness_min, 0.0..=1.0, "", edge::ROUGHNESS_MIN_DOC),
-        ]
+        ]);
+        knobs
     }
 
-    /// For the reprojection.
-    pub fn reproject_params(&self, frame: &FrameInfo) -> ReprojectParams {
-        let before = FrameInfo { camera: frame.previous_camera.clone(), ..frame.clone() }.uniform();
-        ReprojectParams {
-            previous_forward: before.forward,
-            alpha_color: self.alpha_color,
-            previous_right: before.right,
-            alpha_moments: self.alpha_moments,
-            previous_up: before.up,
-            plane_tolerance: self.history_plane,
-            eye_offset: (frame.camera.eye - Vec3::from(before.eye)).into(),
-            normal_min: self.history_normal,
-            keeps_history: u32::from(!frame.restart),
-            history_max: self.history_max as f32,
-            _pad: [0; 2],
+    /// With the preset's numbers for every knob of its that still has its default.
+    pub fn effective(&self) -> Self {
+        let (mut settings, paper) = (*self, Self::default());
+        if self.preset == 0 {
+            return settings;
         }
+        let replace = |value: &mut f32, paper: f32, public: f32| {
+            if *value == paper {
+                *value = public;
+            }
+        };
+        replace(&mut settings.sigma_depth, paper.sigma_depth, 4.0);
+        replace(&mut settings.sigma_normal, paper.sigma_normal, 16.0);
+        replace(&mut settings.sigma_luminance, paper.sigma_luminance, 10.0);
+        let (memory, before) = (&mut settings.temporal, paper.temporal);
+        replace(&mut memory.alpha_color, before.alpha_color, 0.1);
+        replace(&mut memory.alpha_moments, before.alpha_moments, 0.1);
+        settings
     }
 
     /// For one level of the wavelet, counted from 0; the variance takes the first one's.

@@ -3,7 +3,7 @@
 
 use super::{Settings, Svgf};
 use crate::Denoiser;
-use crate::tests::{Light, Shot, halves, pack_motion, random};
+use crate::fixture::{Shot, gpu, halves, noise, pack_motion, random, read};
 use frame::cpu::Image;
 use frame::surface::{Surface, face_normal_pack};
 use frame::{FrameLog, Gpu, set_knob};
@@ -12,29 +12,9 @@ use half::f16;
 
 mod twin;
 
-fn gpu() -> Gpu {
-    Gpu::new(None).expect("tests need an adapter, a software one will do")
-}
-
 /// Frames that each pixel of the diffuse lobe has been followed.
 fn frames_of(gpu: &Gpu, log: &FrameLog) -> Vec<u32> {
-    let (_, texture) = log.outputs.iter().find(|(name, _)| name == "denoise/svgf/frames").unwrap();
-    gpu.read_texture::<u32>(texture).unwrap().into_iter().map(|packed| packed & 0xffff).collect()
-}
-
-/// Independent light for each frame, uniform between 0 and 2.
-fn noise(size: [u32; 2], seed: u32) -> Image<[f32; 4]> {
-    Image::from_fn(size, |x, y| {
-        let red = f16::from_f32(2.0 * random(seed, size[0] * y + x)).to_f32();
-        [red, 0.0, 0.0, 1.0]
-    })
-}
-
-fn sequel(shot: &Shot, index: u32) -> Shot {
-    let mut next = shot.clone();
-    next.frame.restart = index == 0;
-    next.frame.frame_index = index;
-    next
+    read::<u32>(gpu, log, "denoise/svgf/frames").into_iter().map(|packed| packed & 0xffff).collect()
 }
 
 fn variance_of(values: impl Iterator<Item = f64> + Clone) -> f64 {
@@ -63,7 +43,7 @@ fn noise_falls_with_the_frames_as_predicted() {
         denoiser.resize(&gpu, size, true).unwrap();
         let mut last = None;
         for index in 0..32 {
-            let mut shot = sequel(&still, index);
+            let mut shot = still.sequel(index);
             shot.noisy.diffuse = noise(size, index);
             last = Some(shot.next(&gpu, &mut denoiser));
         }
@@ -84,7 +64,7 @@ fn a_wall_gets_quiet_and_keeps_its_energy() {
     let still = Shot::wall(size, 1.0);
     let mut left = Vec::new();
     for index in 0..32 {
-        let mut shot = sequel(&still, index);
+        let mut shot = still.sequel(index);
         shot.noisy.diffuse = noise(size, index);
         let (clean, _) = shot.next(&gpu, &mut denoiser);
         left.push(variance_of(clean.diffuse.iter().map(|t| t[0].to_f64())));
@@ -109,7 +89,7 @@ fn a_camera_that_moves_along_a_wall_takes_history_with_it() {
     let pixel = 2.0 * 2.0 * (0.5 * still.frame.camera.vfov).tan() / size[1] as f32;
     let mut frames = Vec::new();
     for index in 0..4 {
-        let mut shot = sequel(&still, index);
+        let mut shot = still.sequel(index);
         let move_to = |camera: &mut scene::Camera, index: u32| {
             let offset = Vec3::X * 3.0 * pixel * index as f32;
             camera.eye += offset;
@@ -179,7 +159,7 @@ fn a_camera_that_turns_and_nears_a_slanted_plane_follows_every_pixel() {
     };
     let jitters = [[0.3, -0.2], [-0.4, 0.1], [0.2, 0.45]];
     for index in 0..3 {
-        let mut shot = sequel(&base, index);
+        let mut shot = base.sequel(index);
         shot.frame.camera = camera(index);
         shot.frame.previous_camera = camera(index.saturating_sub(1));
         shot.frame.jitter = jitters[index as usize];
@@ -212,7 +192,7 @@ fn what_was_hidden_begins_at_one() {
         denoiser.resize(&gpu, size, true).unwrap();
         let mut frames = Vec::new();
         for index in 0..6 {
-            let mut shot = sequel(&wall, index);
+            let mut shot = wall.sequel(index);
             shot.noisy.diffuse = noise(size, index);
             if index < 5 {
                 for (x, y) in (10..20).flat_map(|x| (10..20).map(move |y| (x, y))) {
@@ -238,36 +218,6 @@ fn what_was_hidden_begins_at_one() {
 }
 
 #[test]
-fn a_restart_forgets_all_of_it() {
-    let (gpu, size) = (gpu(), [45, 33]);
-    let mut denoiser = Svgf::new(&gpu).unwrap();
-    let shot = Shot::random(size, 6);
-    let (alone, log) = shot.denoise(&gpu, &mut denoiser);
-    let counts = frames_of(&gpu, &log);
-    for index in 1..4 {
-        let mut other = sequel(&shot, index);
-        other.noisy = Shot::random(size, 60 + index).noisy;
-        other.next(&gpu, &mut denoiser);
-    }
-    let (again, log) = shot.next(&gpu, &mut denoiser);
-    assert!(again == alone && frames_of(&gpu, &log) == counts);
-}
-
-#[test]
-fn the_same_frames_give_the_same_bits() {
-    let (gpu, size) = (gpu(), [45, 33]);
-    let run = || {
-        let mut denoiser = Svgf::new(&gpu).unwrap();
-        denoiser.resize(&gpu, size, true).unwrap();
-        let shots = (0..4).map(|index| sequel(&Shot::random(size, 70 + index), index));
-        shots.map(|shot| shot.next(&gpu, &mut denoiser).0).collect::<Vec<_>>()
-    };
-    assert!(run() == run());
-}
-
-// ---- edges ----
-
-#[test]
 fn edges_stay_sharp() {
     let (gpu, size) = (gpu(), [32, 32]);
     let half_lit = Image::from_fn(size, |x, _| if x < 16 { [1.0; 4] } else { [0.0, 0.0, 0.0, 8.0] });
@@ -291,34 +241,6 @@ fn edges_stay_sharp() {
 }
 
 #[test]
-fn mirrors_and_sky_stay_as_they_are() {
-    let (gpu, size) = (gpu(), [45, 33]);
-    let mut denoiser = Svgf::new(&gpu).unwrap();
-    denoiser.resize(&gpu, size, true).unwrap();
-    let base = Shot::random(size, 5);
-    for index in 0..2 {
-        let mut shot = sequel(&base, index);
-        let Light { diffuse, specular, .. } = Shot::random(size, 50 + index).noisy;
-        (shot.noisy.diffuse, shot.noisy.specular) = (diffuse, specular);
-        let clean = shot.next(&gpu, &mut denoiser).0;
-        let (diffuse, specular) =
-            (halves(&shot.noisy.diffuse), halves(shot.noisy.specular.as_ref().unwrap()));
-        let clean_specular = clean.specular.unwrap();
-        let (mut mirrors, mut misses) = (0, 0);
-        for (i, words) in shot.surface.texels().iter().enumerate() {
-            if shot.distance.texels()[i] == 0.0 {
-                misses += 1;
-                assert_eq!((clean.diffuse[i], clean_specular[i]), (diffuse[i], specular[i]), "miss {i}");
-            } else if Surface::unpack_gbuffer(*words).roughness.max_element() < 0.02 {
-                mirrors += 1;
-                assert_eq!(clean_specular[i], specular[i], "mirror {i}");
-            }
-        }
-        assert!(mirrors > 50 && misses > 30, "{mirrors} mirrors and {misses} misses are too few to tell");
-    }
-}
-
-#[test]
 fn untraced_pixels_are_filled_or_keep_their_history() {
     let (gpu, size) = (gpu(), [24, 24]);
     let mut denoiser = Svgf::new(&gpu).unwrap();
@@ -331,7 +253,7 @@ fn untraced_pixels_are_filled_or_keep_their_history() {
     assert!(all_two(&clean.diffuse), "filled");
     let half: u32 = frames_of(&gpu, &log).iter().sum();
     assert_eq!(half, 24 * 24 / 2, "what was filled has no frames");
-    let mut dark = sequel(&shot, 1);
+    let mut dark = shot.sequel(1);
     dark.noisy.diffuse = Image::filled(size, [0.0; 4]);
     dark.noisy.samples = Image::filled(size, 0);
     let (clean, log) = dark.next(&gpu, &mut denoiser);

@@ -71,6 +71,12 @@ pub enum GpuError {
     /// A shader is wrong, or the Rust side describes it wrongly.
     #[error(transparent)]
     Kernel(#[from] crate::KernelError),
+    /// A library that a stage loads while the program runs is of no use.
+    #[error("{message}")]
+    Library {
+        /// Which, why, and what can be done.
+        message: String,
+    },
     /// Reading back failed; the device was most likely lost.
     #[error("reading {what} back failed: {message}")]
     ReadBack {

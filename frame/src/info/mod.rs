@@ -82,6 +82,26 @@ pub struct FrameInfo {
 }
 
 impl FrameInfo {
+    /// A first frame as plain as can be: one size, no jitter, seed 1, light unscaled, a scene of 1 m.
+    pub fn still(camera: Camera, size: [u32; 2]) -> Self {
+        Self {
+            previous_camera: camera.clone(),
+            camera,
+            trace_size: size,
+            display_size: size,
+            jitter: [0.0; 2],
+            previous_jitter: [0.0; 2],
+            frame_index: 0,
+            seed: 1,
+            time: 0.0,
+            dt: 0.0,
+            radiance_scale: 1.0,
+            diagonal: 1.0,
+            restart: true,
+            sun_elsewhere: false,
+        }
+    }
+
     /// Clip space from world space: reversed depth, infinite far plane, near plane at 1e-4 of the scene's diagonal.
     fn clip_from_world(&self, camera: &Camera, jitter: [f32; 2]) -> Mat4 {
         let [width, height] = self.display_size.map(|n| n as f32);

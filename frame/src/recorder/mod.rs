@@ -158,6 +158,29 @@ impl<'g> Recorder<'g> {
         targets: &RasterTargets<'_>,
         vertices: std::ops::Range<u32>,
     ) {
+        self.raster_pass(pass, kernel, resources, targets, |recording| recording.draw(vertices, 0..1));
+    }
+
+    /// One raster pass whose counts and first indices of vertices and instances are four words at the start of a buffer.
+    pub fn raster_indirect(
+        &mut self,
+        pass: &str,
+        kernel: &RasterKernel,
+        resources: &[wgpu::BindingResource<'_>],
+        targets: &RasterTargets<'_>,
+        draw: &Buffer,
+    ) {
+        self.raster_pass(pass, kernel, resources, targets, |recording| recording.draw_indirect(draw, 0));
+    }
+
+    fn raster_pass(
+        &mut self,
+        pass: &str,
+        kernel: &RasterKernel,
+        resources: &[wgpu::BindingResource<'_>],
+        targets: &RasterTargets<'_>,
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) {
         let groups = kernel.layout.bind(self.gpu, &kernel.name, resources);
         let span = self.begin_span(pass);
         {
@@ -200,7 +223,7 @@ impl<'g> Recorder<'g> {
             for (index, group) in (0u32..).zip(&groups) {
                 recording.set_bind_group(index, group, &[]);
             }
-            recording.draw(vertices, 0..1);
+            draw(&mut recording);
         }
         self.pass_done();
     }
@@ -233,6 +256,11 @@ impl<'g> Recorder<'g> {
         if self.passes_in_slice >= PASSES_PER_SUBMIT || self.timer.is_full() {
             self.flush();
         }
+    }
+
+    /// A stage that records and cannot fail says what failed all the same; [`Recorder::finish`] returns it.
+    pub fn fail(&mut self, error: GpuError) {
+        self.failed.get_or_insert(error);
     }
 
     /// Submits what is recorded so far, and waits until at most one earlier slice is still running.

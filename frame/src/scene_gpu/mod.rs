@@ -11,10 +11,12 @@
 //! | 14 | `brdf_table` | [`crate::brdf::WGSL`] |
 //! | 15 | `lights` | [`LIGHT_WGSL`] |
 //! | 19 | `sky_table` | [`SKY_TABLE_WGSL`] |
+//! | 21 | `heights` | [`HEIGHT_WGSL`] |
 //!
 //! (16 to 18 are the voxel grid's.) Emission, sky and lights are stored times [`GpuScene::radiance_scale`].
 
 mod emitters;
+mod heights;
 mod lights;
 mod materials;
 mod mesh;
@@ -27,6 +29,7 @@ mod texels;
 mod textures;
 
 pub use emitters::Emitter;
+pub use heights::{HEIGHT_WGSL, HEIGHTS_BIND, HeightUse, Heights};
 pub use lights::{LIGHT_VECTORS, LIGHT_WGSL, LIGHTS_BIND, Light, RadianceScale};
 pub use materials::{MATERIAL_BINDS, MATERIAL_WGSL, Material, MaterialSlot};
 pub use mesh::{GpuMesh, MESH_BINDS, MESH_PREVIOUS_BIND, MESH_WGSL, VertexLayout};
@@ -38,7 +41,8 @@ pub use textures::{CLASSES, Place, TexturePool, Use};
 use crate::brdf::BrdfTable;
 use crate::{Bind, Buffer, Gpu, GpuError, Room, Texture, cpu};
 use glam::Vec3;
-use scene::{Aabb, Geometry, Scene, SceneNeeds};
+pub use scene::Aabb;
+use scene::{Geometry, Scene, SceneNeeds};
 use wgpu::BindingResource;
 
 /// The table.
@@ -103,6 +107,8 @@ pub struct GpuScene {
     pub materials: Buffer,
     /// All pictures.
     pub textures: TexturePool,
+    /// All height maps.
+    pub heights: Heights,
     /// Radiance by direction.
     pub sky: Texture,
     /// Where the sky is bright: what [`SKY_TABLE_WGSL`] samples it by; one texel where it is the same everywhere.
@@ -170,6 +176,7 @@ impl GpuScene {
             mesh: GpuMesh::new(gpu, geometry)?,
             materials: gpu.storage(Room::Scene, "GpuScene::materials", &encoded)?,
             textures,
+            heights: Heights::new(gpu, &simplified, &scene.images, geometry, scene.bounds())?,
             sky,
             brdf_table: BrdfTable::new().upload(gpu)?,
             lights: gpu.storage(Room::Scene, "GpuScene::lights", &at_least_one(&lights))?,
@@ -231,8 +238,9 @@ fn moving(geometry: &Geometry) -> &[Vec3] {
     &geometry.positions[geometry.static_vertex_count() as usize..]
 }
 
-fn at_least_one(lights: &[Light]) -> Vec<Light> {
-    if lights.is_empty() { vec![Light::default()] } else { lights.to_vec() }
+/// A binding of an array holds at least one element.
+fn at_least_one<T: Clone + Default>(list: &[T]) -> Vec<T> {
+    if list.is_empty() { vec![T::default()] } else { list.to_vec() }
 }
 
 fn needs(scene: &Scene, model: Model) -> SceneNeeds {

@@ -8,7 +8,7 @@
 
 use crate::Tessellator;
 use frame::info::FrameInfo;
-use frame::scene_gpu::GpuMesh;
+use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Knob, Recorder};
 
 /// The tessellator that does nothing.
@@ -28,8 +28,8 @@ impl Tessellator for Identity {
         _recorder: &mut Recorder<'_>,
         _frame: &FrameInfo,
         _voxel_size: f32,
-        mesh: &GpuMesh,
+        scene: &GpuScene,
     ) -> GpuMesh {
-        mesh.clone()
+        scene.mesh.clone()
     }
 }

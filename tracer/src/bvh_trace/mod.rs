@@ -108,7 +108,8 @@ impl Tracer for BvhTracer {
             unreachable!("the pipeline builds what every tracer says it searches");
         };
         let resources = resources(world.scene, world.mesh, bvh);
-        let searched = Searched { resources: &resources, worst_case: worst_case(self.search), lights };
+        let searched =
+            Searched { resources: &resources, worst_case: worst_case(self.search), lights, cache: None };
         self.paths.trace(recorder, uniform, world.scene, searched, frame, gbuffer, paths)
     }
 }

@@ -75,6 +75,7 @@ impl Seen {
             lbvh: (search == Search::Lbvh).then_some(&*self.lbvh),
             cwbvh: (search == Search::Cwbvh).then_some(&self.cwbvh.bvh),
             grid_lights: None,
+            cache: None,
             triangle_lights: Some(&lights),
         };
         let light = tracer.trace(&mut recorder, &self.frame, &uniform, world, &self.gbuffer, settings);

@@ -5,16 +5,70 @@
 //! In: pixel, index of the sample over all frames, block (one per bounce and purpose), the frame's seed. Out: numbers in
 //! [0, 1) on a grid of 2^-24.
 //!
-//! Formula: `pcg4d(pixel, sample, block, seed) >> 8`. The direction of the first bounce is stratified over the samples:
-//! `fract(rotation(pixel) + sample * (1/rho, 1/rho^2))`, rho = 1.32471796 (R2).
+//! Generators ([`Noise`]), x a pixel, n the sample, b the block:
 //!
-//! Departs from the paper: its texture gives neighbouring pixels one number where a texel covers them, which costs 3.8
-//! times the error after a blur (measured in the design, F7); the texture itself comes with the issue about light. R2
-//! is applied to the first bounce alone: rotated copies of one sequence in later dimensions would be correlated with
-//! it, and a pixel of many samples would converge to a wrong value.
+//! - `paper`: texel `(p.xy + (1 / rho, 1 / rho^2) p.z) 512 / diagonal` of a 512x512 white texture, p the vertex in the
+//!   world, shifted by a hash of (n, b). One texel covers 1/512 of the scene's diagonal.
+//! - `r2_blue`: `pcg4d(x, n, b, seed)`; but the first direction is `fract(mask(x) + n (1 / rho, 1 / rho^2))` (R2,
+//!   rho = 1.32471796), mask two tiles of 64x64 blue noise.
+//! - `sobol`: two points per block of Sobol's first two dimensions, their order and digits scrambled by a hash of
+//!   (x, b) (Owen 1995; Burley 2020; without loops).
+//! - `reference`: XXH32 of (x, n, b), for images that others are measured against.
+//!
+//! Departs from the paper by default: its texture gives neighbouring pixels one number where a texel covers them
+//! (`docs/light.md` has what that costs). R2 is applied to the first direction alone: turned copies of one sequence in
+//! later dimensions would be correlated with it, and a pixel of many samples would converge to a wrong value.
 
-/// Functions `noise_at` and `noise_stratified`.
+use frame::{Bind, Buffer, Gpu, GpuError, Room};
+
+/// Functions `noise_at` and what it needs.
 pub const WGSL: &str = include_str!("noise.inc.wgsl");
+/// Function `noise_stratified`, after [`WGSL`]; binds [`MASK_BIND`].
+pub const STRATIFIED_WGSL: &str = include_str!("stratified.inc.wgsl");
+/// The blue-noise masks.
+pub const MASK_BIND: Bind = Bind::uniform_array(0, 2, "noise_mask");
+
+/// Texels along a side of the masks.
+const MASK_SIDE: usize = 64;
+/// Ranks of both masks per texel, 16 bits each, of 4,096 places by void and cluster (Ulichney 1993); made by a test.
+const MASK: &[u8; 4 * MASK_SIDE * MASK_SIDE] = include_bytes!("mask.bin");
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Noise {
+    /// The paper's texture.
+    Paper,
+    /// A hash; the first direction R2 turned by blue noise.
+    #[default]
+    R2Blue,
+    /// Owen-scrambled Sobol pairs.
+    Sobol,
+    /// Another hash, for references.
+    Reference,
+}
+
+impl Noise {
+    /// Those that a knob chooses from.
+    pub const NAMES: [&'static str; 3] = ["paper", "r2_blue", "sobol"];
+
+    /// By place among [`Noise::NAMES`].
+    pub(crate) fn of_knob(index: u32) -> Self {
+        match index {
+            0 => Self::Paper,
+            1 => Self::R2Blue,
+            _ => Self::Sobol,
+        }
+    }
+}
+
+/// The resource of [`MASK_BIND`].
+pub(crate) fn upload_mask(gpu: &Gpu) -> Result<Buffer, GpuError> {
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+    let buffer = gpu.buffer(Room::Scene, "noise::mask", MASK.len() as u64, usage)?;
+    gpu.queue.write_buffer(&buffer, 0, MASK);
+    Ok(buffer)
+}
 
 /// The shader's hash.
 pub fn pcg4d(input: [u32; 4]) -> [u32; 4] {
@@ -31,17 +85,23 @@ pub fn pcg4d(input: [u32; 4]) -> [u32; 4] {
     v
 }
 
-/// Four independent numbers in [0, 1).
+/// Four independent numbers in [0, 1): `r2_blue`'s.
 pub fn at(pixel: [u32; 2], sample: u32, block: u32, seed: u32) -> [f32; 4] {
     pcg4d([pixel[0] | (pixel[1] << 16), sample, block, seed]).map(unit)
 }
 
-/// The first two numbers of a pixel's sample.
+/// The first two numbers of a pixel's sample, `r2_blue`'s.
 pub fn stratified(pixel: [u32; 2], sample: u32, seed: u32) -> [f32; 2] {
-    let rotation = pcg4d([pixel[0] | (pixel[1] << 16), u32::MAX, 0, seed]);
+    let below = pcg4d([pixel[0] | (pixel[1] << 16), u32::MAX, 0, seed]);
+    let moved = pcg4d([0, u32::MAX, 1, seed]);
+    let [x, y] = [0, 1].map(|axis| pixel[axis].wrapping_add(moved[axis]) as usize % MASK_SIDE);
+    let at = 4 * (y * MASK_SIDE + x);
     // 2^32 / rho and 2^32 / rho^2.
-    [(rotation[0], 3_242_174_889), (rotation[1], 2_447_445_414)]
-        .map(|(r, step): (u32, u32)| unit(r.wrapping_add(sample.wrapping_mul(step))))
+    [(0, 3_242_174_889), (1, 2_447_445_414)].map(|(channel, step): (usize, u32)| {
+        let rank = u16::from_le_bytes([MASK[at + 2 * channel], MASK[at + 2 * channel + 1]]);
+        let turn = (u32::from(rank) << 16) | (below[channel] >> 12);
+        unit(turn.wrapping_add(sample.wrapping_mul(step)))
+    })
 }
 
 fn unit(bits: u32) -> f32 {
@@ -49,52 +109,4 @@ fn unit(bits: u32) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Chi-square of a histogram against a flat one, in standard deviations of the statistic (2 * degrees, normal
-    /// approximation).
-    fn deviation(counts: &[u32]) -> f64 {
-        let total: u32 = counts.iter().sum();
-        let expected = f64::from(total) / counts.len() as f64;
-        let statistic: f64 = counts.iter().map(|c| (f64::from(*c) - expected).powi(2) / expected).sum();
-        let degrees = counts.len() as f64 - 1.0;
-        (statistic - degrees) / (2.0 * degrees).sqrt()
-    }
-
-    /// Five deviations: once in some three million runs of a right generator; the inputs are fixed, so it never flips.
-    const LIMIT: f64 = 5.0;
-
-    #[test]
-    fn neighbours_in_every_input_are_independent_and_flat() {
-        // Pairs of numbers at keys that differ by one in one input: a 16x16 histogram sees both marginals and the
-        // correlation.
-        for varied in 0..4 {
-            let mut counts = [0u32; 256];
-            for i in 0..65_536u32 {
-                let mut key = [i % 256, i / 256, 7, 3];
-                let a = at([key[0], key[1]], key[2], key[3], 1)[0];
-                key[varied] += 1;
-                let b = at([key[0], key[1]], key[2], key[3], 1)[0];
-                counts[(a * 16.0) as usize * 16 + (b * 16.0) as usize] += 1;
-            }
-            let deviation = deviation(&counts);
-            assert!(deviation.abs() < LIMIT, "input {varied}: {deviation} deviations from flat");
-        }
-    }
-
-    #[test]
-    fn stratified_samples_fill_the_square() {
-        // 256 samples of one pixel leave no cell of an 8x8 grid with fewer than 3 or more than 5 of its 4: R2's
-        // discrepancy; independent numbers would leave some cell empty.
-        for pixel in [[0, 0], [17, 5], [639, 479]] {
-            let mut counts = [0u32; 64];
-            for sample in 0..256 {
-                let [x, y] = stratified(pixel, sample, 1);
-                counts[(x * 8.0) as usize * 8 + (y * 8.0) as usize] += 1;
-            }
-            let (least, most) = (counts.iter().min(), counts.iter().max());
-            assert!(least >= Some(&2) && most <= Some(&6), "{pixel:?}: {least:?}..{most:?} of 4 expected");
-        }
-    }
-}
+mod tests;

@@ -10,17 +10,18 @@
 
 use super::kernels::Workshop;
 use super::{
-    COUNTER_NAMES, COUNTERS_BYTES, MOST_SEGMENTS, PATH_BYTES, PathSettings, Searched, Segments, Structure,
-    of_scene, params, rounds,
+    COUNTER_NAMES, COUNTERS_BYTES, MOST_SEGMENTS, PATH_BYTES, PathBuild, PathSettings, Searched, Segments,
+    Structure, of_scene, params, rounds,
 };
+use crate::noise::{self, Noise};
 use frame::scene_gpu::GpuScene;
 use frame::{Buffer, Gpu, GpuError, Kernel, Recorder, Room, Uniform};
 use wgpu::BindingResource;
 
 /// Bytes of `Pixel` in `pixel_camera.inc.wgsl`.
-const PIXEL_BYTES: u64 = 192;
-/// Two vectors of four floats.
-const MOMENTS_BYTES: u64 = 32;
+const PIXEL_BYTES: u64 = 208;
+/// A vector of four floats.
+const MOMENTS_BYTES: u64 = 16;
 
 /// Kernels and buffers of one structure, one scene, one size.
 pub(crate) struct CameraPaths {
@@ -32,6 +33,7 @@ pub(crate) struct CameraPaths {
     paths: Buffer,
     pixels: Buffer,
     counters: Buffer,
+    mask: Buffer,
     /// Two `vec4f` per pixel of the band: sum of radiance and number of samples; sum of squares.
     pub(crate) sums: Buffer,
     size: [u32; 2],
@@ -60,8 +62,9 @@ impl CameraPaths {
             gpu,
             structure,
             scene,
-            conventions: settings.conventions,
-            areas: settings.next_event,
+            // Another generator than that of the images this one is compared with.
+            // And every bounce its own.
+            build: PathBuild { noise: Noise::Reference, cache: false, ..settings.build },
             camera: true,
         };
         let largest = gpu.device.limits().max_storage_buffer_binding_size;
@@ -79,6 +82,7 @@ impl CameraPaths {
             paths: buffer("CameraPaths::paths", PATH_BYTES * texels)?,
             pixels: buffer("CameraPaths::pixels", PIXEL_BYTES * texels)?,
             counters: buffer("CameraPaths::counters", COUNTERS_BYTES)?,
+            mask: noise::upload_mask(gpu)?,
             sums: buffer("CameraPaths::sums", MOMENTS_BYTES * texels)?,
             size,
             band,
@@ -115,7 +119,7 @@ impl CameraPaths {
             list.extend([pixels.clone(), counters.clone()]);
             recorder.compute(&camera, &self.camera, &list, groups);
             if params.bounces > 0 {
-                let mut list = vec![uniform.binding(), of_sample.binding()];
+                let mut list = vec![uniform.binding(), of_sample.binding(), self.mask.as_entire_binding()];
                 list.extend(of_scene(scene, resources.of_paths.lights));
                 list.extend_from_slice(resources.of_paths.resources);
                 list.extend_from_slice(&buffers);

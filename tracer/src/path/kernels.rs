@@ -1,7 +1,7 @@
 //! The kernels of a scene: what it does not have is not in them.
 
-use super::{PASSES, PathParams, Structure};
-use crate::{Conventions, lights, noise};
+use super::{PASSES, PathBuild, PathParams, Structure, cache, variance};
+use crate::{lights, noise};
 use frame::scene_gpu::{self, GpuScene};
 use frame::{Bind, Gpu, GpuError, Kernel, KernelDesc, RadianceImage, brdf, info, surface};
 use wgpu::TextureFormat;
@@ -9,16 +9,17 @@ use wgpu::TextureFormat;
 const PARAMS_WGSL: &str = "
 struct PathParams {
     sample: u32, samples: u32, first_sample: u32, bounces: u32,
-    lights: u32, by_roughness: u32, roulette_from: u32, segments: u32,
+    lights: u32, rule: u32, roulette_from: u32, segments: u32,
     first_row: u32, rows: u32, has_areas: u32, emitter_count: u32,
     lights_stored: u32, emitter_share: f32, emitter_total: f32, sky_share: f32,
-    branch: u32, _pad_x: u32, _pad_y: u32, _pad_z: u32,
+    branch: u32, feed_share: f32, even: u32, rest: u32,
 }
 // One would do. Where a uniform alone decides a branch, Mesa's software driver builds the kernel anew for each dispatch
 // with the uniform's value in it; an index that it cannot foresee (0: there is one layer of groups) keeps it from that.
 @group(0) @binding(1) var<uniform> params_of: array<PathParams, 2>;
 var<private> params: PathParams;";
 const PATH_WGSL: &str = include_str!("path.inc.wgsl");
+const SEGMENT_WGSL: &str = include_str!("segment.inc.wgsl");
 const PIXEL_WGSL: &str = include_str!("pixel.inc.wgsl");
 const PIXEL_CAMERA_WGSL: &str = include_str!("pixel_camera.inc.wgsl");
 const FIRST_GBUFFER_WGSL: &str = include_str!("first_gbuffer.inc.wgsl");
@@ -39,9 +40,7 @@ pub(super) struct Workshop<'a> {
     pub(super) gpu: &'a Gpu,
     pub(super) structure: &'a Structure,
     pub(super) scene: &'a GpuScene,
-    pub(super) conventions: Conventions,
-    /// Light samples to emitters and to the sky.
-    pub(super) areas: bool,
+    pub(super) build: PathBuild,
     /// A pixel's first hit comes from its own camera ray, not from the G-buffer.
     pub(super) camera: bool,
 }
@@ -69,16 +68,19 @@ impl Workshop<'_> {
         let needs = &self.scene.needs;
         let mut constants = vec![
             ("path_lights", f64::from(needs.shadow_rays)),
-            ("path_areas", f64::from(self.areas && self.scene.has_areas())),
+            ("path_areas", f64::from(self.build.next_event && self.scene.has_areas())),
             ("path_specular", f64::from(needs.specular)),
+            ("path_cache", f64::from(self.has_cache())),
+            ("path_one_lobe", f64::from(self.build.one_lobe)),
             ("path_transmission", f64::from(needs.transmission)),
             ("path_coverage", f64::from(needs.coverage)),
             ("path_passes", f64::from(PASSES)),
-            ("brdf_separable", f64::from(self.conventions == Conventions::Reference)),
+            ("noise_kind", f64::from(self.build.noise as u32)),
         ];
+        constants.extend(self.build.rules().constants());
         if self.structure.of_triangles {
             constants.extend(self.scene.constants());
-            constants.extend(self.conventions.of_triangles());
+            constants.extend(self.build.conventions.of_triangles());
         }
         let workgroup = [8, 8, 1];
         let desc =
@@ -86,9 +88,11 @@ impl Workshop<'_> {
         Ok(Kernel::new(self.gpu, &desc)?)
     }
 
-    /// Bindings: frame, params, sky, its table, BRDF table, lights, the structure's, paths, pixels, counters; then the G-buffer, if it is read.
+    /// Bindings: frame, params, noise, sky, its table, BRDF table, lights, the structure's, paths, pixels, counters; then the
+    /// G-buffer, if it is read.
     pub(super) fn start(&self) -> Result<Kernel, GpuError> {
         let mut bindings = OF_FRAME.to_vec();
+        bindings.push(noise::MASK_BIND);
         bindings.extend(OF_SCENE);
         bindings.extend(&self.structure.binds);
         bindings.extend([PATHS, PIXELS, COUNTERS]);
@@ -101,16 +105,79 @@ impl Workshop<'_> {
             ]);
         }
         let first = if self.camera { FIRST_CAMERA_WGSL } else { FIRST_GBUFFER_WGSL };
-        self.kernel("path_start", &[first, include_str!("start.wgsl")], &bindings)
+        self.kernel("path_start", &[noise::STRATIFIED_WGSL, first, include_str!("start.wgsl")], &bindings)
     }
 
-    /// Bindings: frame, params, sky, its table, BRDF table, lights, the structure's, paths, pixels, counters.
-    pub(super) fn segment(&self) -> Result<Kernel, GpuError> {
+    /// Voxels keep radiance for these paths.
+    pub(super) fn has_cache(&self) -> bool {
+        self.build.cache && cache::is_for(self.structure)
+    }
+
+    /// Bindings: frame, params, sky, its table, BRDF table, lights, the structure's, paths, pixels, counters; then the cache,
+    /// if there is one.
+    fn of_vertex(&self) -> Vec<Bind> {
         let mut bindings = OF_FRAME.to_vec();
         bindings.extend(OF_SCENE);
         bindings.extend(&self.structure.binds);
         bindings.extend([PATHS, PIXELS, COUNTERS]);
-        self.kernel("path_segment", &[include_str!("segment.wgsl")], &bindings)
+        if self.has_cache() {
+            bindings.push(cache::BIND);
+        }
+        bindings
+    }
+
+    /// Bindings: those of a vertex.
+    pub(super) fn segment(&self) -> Result<Kernel, GpuError> {
+        let cache = if self.has_cache() { cache::WGSL } else { cache::NONE_WGSL };
+        let sources = [cache, SEGMENT_WGSL, include_str!("segment.wgsl")];
+        self.kernel("path_segment", &sources, &self.of_vertex())
+    }
+
+    /// Bindings: those of a vertex.
+    pub(super) fn feed(&self) -> Result<Kernel, GpuError> {
+        self.kernel("path_feed", &[cache::WGSL, cache::FEED_WGSL], &self.of_vertex())
+    }
+
+    /// Bindings: those of a vertex.
+    pub(super) fn feed_segment(&self) -> Result<Kernel, GpuError> {
+        let sources = [cache::WGSL, SEGMENT_WGSL, cache::FEED_SEGMENT_WGSL];
+        self.kernel("path_feed_segment", &sources, &self.of_vertex())
+    }
+
+    /// Bindings: frame, params, paths, pixels, the cache.
+    pub(super) fn store(&self) -> Result<Kernel, GpuError> {
+        let mut bindings = OF_FRAME.to_vec();
+        bindings.extend([PATHS, PIXELS, cache::BIND]);
+        self.kernel("path_store", &[cache::WGSL, cache::STORE_WGSL], &bindings)
+    }
+
+    /// Bindings: frame, params, pixels, the sums.
+    pub(super) fn variance(&self, entry: &'static str, of_weights: bool) -> Result<Kernel, GpuError> {
+        let mut bindings = OF_FRAME.to_vec();
+        bindings.extend([PIXELS, variance::SUMS]);
+        let sources = [
+            info::WGSL,
+            noise::WGSL,
+            PARAMS_WGSL,
+            self.pixel(),
+            "@group(1) @binding(31) var<storage, read_write> pixels: array<Pixel>;
+fn path_index(id: vec2u) -> u32 { return id.y * frame.trace_size.x + id.x; }",
+            variance::WGSL,
+        ];
+        let constants = [
+            ("noise_kind", f64::from(self.build.noise as u32)),
+            ("variance_of_weights", f64::from(of_weights)),
+        ];
+        let workgroup = [8, 8, 1];
+        let desc = KernelDesc {
+            name: entry,
+            sources: &sources,
+            entry,
+            workgroup,
+            bindings: &bindings,
+            constants: &constants,
+        };
+        Ok(Kernel::new(self.gpu, &desc)?)
     }
 
     /// Bindings: frame, params, sky, the structure's, pixels, counters.

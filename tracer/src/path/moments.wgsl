@@ -1,6 +1,6 @@
-// The light of one path per pixel, modulated, added to the sums of all samples and of their squares. See camera.rs.
+// The light of one path per pixel, modulated, added to the sum of all samples. See camera.rs.
 
-// Two per pixel: sum of radiance and the number of samples; sum of squares.
+// Sum of radiance, and the number of samples.
 @group(3) @binding(0) var<storage, read_write> moments: array<vec4f>;
 
 @compute @workgroup_size(8, 8)
@@ -16,6 +16,5 @@ fn path_moments(@builtin(workgroup_id) group: vec3u, @builtin(global_invocation_
         let m = brdf_modulators(first.surface, max(dot(first.surface.normal, first.wo), 0.0));
         radiance += m.diffuse * pixels[index].diffuse.rgb + m.specular * pixels[index].specular.rgb;
     }
-    moments[2u * index] += vec4f(radiance, 1.0);
-    moments[2u * index + 1u] += vec4f(radiance * radiance, 0.0);
+    moments[index] += vec4f(radiance, 1.0);
 }

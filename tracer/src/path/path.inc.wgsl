@@ -20,6 +20,9 @@ struct Path {
     own_y: u32,
     // Of the direction, lobe's choice included, 1/sr; LIGHT_CERTAIN where no light sample could have taken it.
     pdf: f32,
+    // The side of a voxel that the path ended at and may renew, from 1; 0 = none. And the face it came in through.
+    feed: u32,
+    feed_entry: u32,
 }
 
 fn path_leaves(path: ptr<function, Path>, own: vec2u) {
@@ -34,6 +37,10 @@ override path_areas = true;
 override path_specular = true;
 override path_transmission = true;
 override path_coverage = true;
+// What a first hit reflects takes its base colour, whatever it is made of: the picture is light times albedo.
+override path_one_lobe = false;
+// Voxels keep radiance, and paths read it.
+override path_cache = false;
 // Panes, cut-outs, blends and cells of the surface left that one ray may pass.
 override path_passes = 16u;
 
@@ -62,6 +69,10 @@ const TALLY_PATHS = 3u;
 const TALLY_COUNT = 4u;
 var<workgroup> tally: array<atomic<u32>, TALLY_COUNT>;
 
+// The path renews a voxel, and offers to renew no other.
+var<private> path_is_feeding: bool;
+const PATH_FEED_RAYS = 12u;
+
 // Place of a pixel's path and sums: rows from `first_row` on are in the buffers.
 fn path_index(id: vec2u) -> u32 {
     return id.y * frame.trace_size.x + id.x;
@@ -77,6 +88,17 @@ fn path_count(local: u32) {
             if (before + add < before) {
                 atomicAdd(&counters[2u * local + 1u], 1u);
             }
+        }
+    }
+}
+
+// Adds the tally's rays to those that renew voxels.
+fn path_count_feed(local: u32) {
+    if (local == TALLY_RAYS) {
+        let add = atomicLoad(&tally[TALLY_RAYS]);
+        let before = atomicAdd(&counters[PATH_FEED_RAYS], add);
+        if (before + add < before) {
+            atomicAdd(&counters[PATH_FEED_RAYS + 1u], 1u);
         }
     }
 }
@@ -195,7 +217,7 @@ fn path_share(own: f32, other: f32) -> f32 {
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// `q`: probability with which a path goes on in the diffuse lobe.
+// `q`: probability with which a path goes on in the diffuse lobe. After brdf_look.
 fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, origin: vec3f, own: vec2u, q: f32, inside: bool) -> PathLight {
     let cosine = dot(surface.normal, sample.wi);
     // Seen from below its shading normal's horizon a surface is black, as for the samples of its lobes.
@@ -204,13 +226,10 @@ fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, ori
     }
     atomicAdd(&tally[TALLY_RAYS], 1u);
     let arriving = sample.irradiance * cosine * path_visibility(origin, sample.wi, sample.distance, own);
-    var specular = vec3f(0.0);
-    if (path_specular) {
-        let value = brdf_eval_side(surface, wo, sample.wi, inside);
-        specular = value.specular * path_share(sample.pdf, (1.0 - q) * value.pdf_specular);
-    }
-    let diffuse = brdf_diffuse(path_demodulated(surface), wo, sample.wi) / BRDF_PI;
-    return PathLight(arriving * diffuse * path_share(sample.pdf, q * cosine / BRDF_PI), arriving * specular);
+    let value = brdf_eval_side(surface, wo, sample.wi, inside);
+    let specular = value.specular * path_share(sample.pdf, (1.0 - q) * value.pdf_specular);
+    let diffuse = value.lambert * path_share(sample.pdf, q * cosine / BRDF_PI);
+    return PathLight(arriving * diffuse, arriving * specular);
 }
 
 // Blocks of random numbers for what path_area_sample draws; scatterings end below them.
@@ -253,7 +272,12 @@ fn path_sky_share(direction: vec3f, pdf: f32) -> f32 {
     return path_share(pdf, sky_pdf(direction) * params.sky_share);
 }
 
-fn path_roughness_samples(surface: Surface, most: u32) -> u32 {
+// Who gets how many samples.
+const PATH_BY_ROUGHNESS = 1u;
+const PATH_BY_VARIANCE = 2u;
+
+// The paper's "maximum of six" for the roughest.
+fn path_roughness_samples(surface: Surface) -> u32 {
     let rougher = max(surface.roughness.x, surface.roughness.y);
-    return clamp(1u + u32(5.0 * rougher + 0.5), 1u, most);
+    return clamp(1u + u32(5.0 * rougher + 0.5), 1u, 6u);
 }

@@ -24,4 +24,6 @@ struct Pixel {
     roughness_b: f32,
     base: vec3f,
     absorption: vec3f,
+    // As in pixel.inc.wgsl; not used.
+    aside: vec3f,
 }

@@ -1,11 +1,11 @@
 //! The CPU half: the same steps as the four shaders, in the same order. Positions, directions and random numbers are f32
 //! as on the device, so that both walk through the same cells; light and probabilities are f64. Without samples of
-//! emitters and the sky (`PathSettings::next_event`): those are tested against paths that find both by chance.
+//! emitters and the sky (`PathBuild::next_event`): those are tested against paths that find both by chance.
 
-use super::{PASSES, PathParams};
+use super::{PASSES, PathParams, SampleRule};
 use crate::lights::reference::{LightSample, light_sample};
 use crate::noise;
-use frame::brdf::{self, BrdfTable};
+use frame::brdf::{self, Brdf, BrdfTable};
 use frame::info::Frame;
 use frame::scene_gpu::Light;
 use frame::surface::{Surface, face_normal_unpack};
@@ -143,12 +143,20 @@ fn demodulated(surface: &Surface) -> Surface {
     Surface { base: Vec3::ONE, metalness: 0.0, transmission: 0.0, ..*surface }
 }
 
-fn scatter(surface: &Surface, wo: Vec3, face: Vec3, specular: bool, u: [f32; 3], inside: bool) -> Scatter {
+fn scatter(
+    brdf: Brdf<'_>,
+    surface: &Surface,
+    wo: Vec3,
+    face: Vec3,
+    specular: bool,
+    u: [f32; 3],
+    inside: bool,
+) -> Scatter {
     let (wo, u) = (wo.as_dvec3(), Vec3::from(u).as_dvec3());
     let sample = if specular {
-        brdf::sample_specular(surface, wo, u, inside)
+        brdf.sample_specular(surface, wo, u, inside)
     } else {
-        brdf::sample_diffuse(&demodulated(surface), wo, DVec2::new(u.x, u.y))
+        brdf.sample_diffuse(&demodulated(surface), wo, DVec2::new(u.x, u.y))
     };
     let wi = sample.wi.as_vec3();
     let below = !sample.transmitted && wi.dot(face) <= 0.0;
@@ -162,11 +170,11 @@ fn scatter(surface: &Surface, wo: Vec3, face: Vec3, specular: bool, u: [f32; 3],
 }
 
 /// The shader's `brdf_facet` of a sheet: a smooth copy of it transmits by one facet, the sheet itself.
-fn sheet_transmits(s: &Surface, wi: Vec3) -> DVec3 {
+fn sheet_transmits(brdf: Brdf<'_>, s: &Surface, wi: Vec3) -> DVec3 {
     let wi = wi.as_dvec3();
     let wo = if s.normal.as_dvec3().dot(wi) < 0.0 { -wi } else { wi };
     let smooth = Surface { roughness: Vec2::ZERO, ..*s };
-    let sample = brdf::sample_specular(&smooth, wo, DVec3::new(0.0, 0.0, 1.0 - f64::EPSILON), false);
+    let sample = brdf.sample_specular(&smooth, wo, DVec3::new(0.0, 0.0, 1.0 - f64::EPSILON), false);
     if sample.valid && sample.transmitted { sample.weight * sample.branch } else { DVec3::ZERO }
 }
 
@@ -177,8 +185,8 @@ pub(crate) fn view_direction(frame: &Frame, pixel: UVec2) -> Vec3 {
     (Vec3::from(frame.forward) + ndc.x * Vec3::from(frame.right) + ndc.y * Vec3::from(frame.up)).normalize()
 }
 
-pub(super) fn roughness_samples(surface: &Surface, most: u32) -> u32 {
-    (1 + (5.0 * surface.roughness.max_element() + 0.5) as u32).clamp(1, most)
+pub(super) fn roughness_samples(surface: &Surface) -> u32 {
+    (1 + (5.0 * surface.roughness.max_element() + 0.5) as u32).clamp(1, 6)
 }
 
 /// As `path_resolve`, but for the rounding to half floats.
@@ -192,6 +200,10 @@ fn resolve(sums: [DVec4; 2], samples: [u32; 2]) -> Pixel {
 }
 
 impl<S: Structure> World<'_, S> {
+    fn brdf(&self) -> Brdf<'_> {
+        Brdf::new(self.table)
+    }
+
     /// All samples of one pixel; `params.sample` is left alone, `params.branch` says whether glass is followed both ways.
     pub(crate) fn pixel(&self, params: &PathParams, pixel: UVec2, texel: &Texel, tally: &mut Tally) -> Pixel {
         let mut sums = [DVec4::ZERO; 2];
@@ -231,8 +243,8 @@ impl<S: Structure> World<'_, S> {
         let point = Vec3::from(self.frame.eye) - texel.distance * wo;
 
         let mut of_pixel = params.samples;
-        if params.by_roughness != 0 {
-            of_pixel = roughness_samples(&surface, params.samples);
+        if params.rule == SampleRule::Roughness as u32 {
+            of_pixel = roughness_samples(&surface);
         }
         if params.sample >= of_pixel {
             return path;
@@ -274,7 +286,7 @@ impl<S: Structure> World<'_, S> {
             z = if goes_through { 0.999_999_94 } else { 0.0 };
         }
         let [x, y] = noise::stratified(pixel.into(), serial, seed);
-        let mut scatter = scatter(&surface, wo, face, specular, [x, y, z], inside);
+        let mut scatter = scatter(self.brdf(), &surface, wo, face, specular, [x, y, z], inside);
         if !scatter.valid || (branches && scatter.transmitted != goes_through) {
             return path;
         }
@@ -354,8 +366,8 @@ impl<S: Structure> World<'_, S> {
 
             let specular = f64::from(u[2]) >= q;
             let rest = ((f64::from(u[2]) - q) / (1.0 - q).max(1e-6)) as f32;
-            let scatter =
-                scatter(&surface, wo, hit.face, specular, [u[0], u[1], rest.min(0.999_999_94)], inside);
+            let u = [u[0], u[1], rest.min(0.999_999_94)];
+            let scatter = scatter(self.brdf(), &surface, wo, hit.face, specular, u, inside);
             let passes = scatter.transmitted && is_straight(&surface);
             if !scatter.valid || (!more && !passes) {
                 path.is_alive = false;
@@ -413,8 +425,8 @@ impl<S: Structure> World<'_, S> {
         let visibility = self.visibility(from, sample.wi.as_vec3(), sample.distance, tally);
         let arriving = sample.irradiance * cosine * visibility;
         let wo = wo.as_dvec3();
-        let specular = brdf::eval_side(surface, wo, sample.wi, inside).specular;
-        let diffuse = brdf::eval(&demodulated(surface), wo, sample.wi).diffuse;
+        let specular = self.brdf().eval_side(surface, wo, sample.wi, inside).specular;
+        let diffuse = self.brdf().eval(&demodulated(surface), wo, sample.wi).diffuse;
         [arriving * diffuse, arriving * specular]
     }
 
@@ -433,7 +445,7 @@ impl<S: Structure> World<'_, S> {
             let coverage = f64::from(s.coverage);
             let mut through = DVec3::splat(1.0 - coverage);
             if s.thin && s.transmission > 0.0 {
-                through += coverage * sheet_transmits(s, wi);
+                through += coverage * sheet_transmits(self.brdf(), s, wi);
             }
             visibility *= through;
             if visibility.max_element() <= 0.0 {

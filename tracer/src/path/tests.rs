@@ -111,7 +111,7 @@ fn a_tinted_ball_that_does_not_bend_light_absorbs_along_the_chord() {
 
 #[test]
 fn a_clear_ball_neither_adds_light_nor_takes_it() {
-    for roughness in [0.0, 0.2] {
+    for roughness in [0.0, 0.2, 0.7] {
         let ball =
             Surface { transmission: 1.0, f0: 0.04, roughness: Vec2::splat(roughness), ..Surface::default() };
         let values: Vec<f64> =
@@ -120,9 +120,7 @@ fn a_clear_ball_neither_adds_light_nor_takes_it() {
         let mean = values.iter().sum::<f64>() / count;
         let error = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>()).sqrt() / count;
         println!("roughness {roughness}: {mean} +- {error}");
-        // Facets shadow each other, and that light is not put back: 2 % on the way in and out at alpha 0.04.
-        let lost = if roughness > 0.0 { 0.02 } else { 0.0 };
-        assert!((mean + 0.5 * lost - 1.0).abs() <= 3.0 * error + 0.5 * lost + 1e-3, "{mean} +- {error}");
+        assert!((mean - 1.0).abs() <= 3.0 * error + 1e-3, "{mean} +- {error}");
     }
 }
 
@@ -136,10 +134,8 @@ fn a_white_ball_under_a_white_sky_shows_it_whole() {
 
 #[test]
 fn rougher_surfaces_get_more_samples() {
-    let of = |x: f32, y: f32, most| {
-        roughness_samples(&Surface { roughness: Vec2::new(x, y), ..Surface::default() }, most)
-    };
-    assert_eq!([0.0, 0.09, 0.11, 0.5, 0.89, 0.91, 1.0].map(|r| of(r, 0.0, 100)), [1, 1, 2, 4, 5, 6, 6]);
-    assert_eq!(of(0.0, 1.0, 100), 6, "the larger of the two");
-    assert_eq!(of(1.0, 1.0, 4), 4, "at most spp");
+    let of =
+        |x: f32, y: f32| roughness_samples(&Surface { roughness: Vec2::new(x, y), ..Surface::default() });
+    assert_eq!([0.0, 0.09, 0.11, 0.5, 0.89, 0.91, 1.0].map(|r| of(r, 0.0)), [1, 1, 2, 4, 5, 6, 6]);
+    assert_eq!(of(0.0, 1.0), 6, "the larger of the two");
 }

@@ -85,7 +85,9 @@ impl Tracer for VoxelTracer {
         let (Some(grid), Some(lights)) = (world.grid, world.lights(Search::Grid)) else {
             unreachable!("the pipeline builds what every tracer says it searches");
         };
-        let searched = Searched { resources: &grid.resources(), worst_case: worst_case(grid), lights };
+        let resources = grid.resources();
+        let searched =
+            Searched { resources: &resources, worst_case: worst_case(grid), lights, cache: world.cache };
         self.paths.trace(recorder, uniform, world.scene, searched, frame, gbuffer, paths)
     }
 }

@@ -15,6 +15,8 @@ struct Hit {
     // It was met at its cell's face and not at a plane within.
     at_face: bool,
     cell: vec3i,
+    // Its record's number, which is that of what is kept for it.
+    record: u32,
     // For rays that stay on this side of the surface: a point there, packed.
     own: vec2u,
     // The same for rays that cross it.
@@ -83,6 +85,7 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
             hit.surface.tangent = select(surface_basis(surface_normal_pack(hit.face)).first, normalize(along), dot(along, along) > 1e-4);
         }
         hit.cell = met.cell;
+        hit.record = met.record;
         let center = vec3f(met.cell) + 0.5;
         let point = (origin + met.distance * direction - grid.origin) / grid.voxel_size;
         let offset = select(0.0, hit.surface.contour, !met.is_cube);

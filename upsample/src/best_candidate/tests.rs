@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use super::{BestCandidate, Settings, reference};
+use crate::Upsampler;
 use crate::nearest::Nearest;
-use crate::tests::{DISPLAY, Shot, Stand, TRACE, World, corner, is_close, random};
-use crate::{Upsampler, modulate::reference::Guides};
+use crate::tests::{DISPLAY, Shot, Stand, TRACE, World, corner, is_close, roughen};
 use frame::cpu::Image;
 use frame::surface::Surface;
 use frame::{FrameLog, set_knob};
@@ -17,25 +17,6 @@ fn run(stand: &Stand, shot: &Shot, knobs: &[(&str, &str)]) -> (Vec<[f16; 4]>, Fr
         set_knob(&mut upsampler.knobs(), name, value).unwrap();
     }
     stand.upsample(&mut upsampler, shot)
-}
-
-/// Tilts every normal a little, and changes every third surface to metal, glass or black.
-fn roughen(guides: &mut Guides, seed: u32) {
-    let size = guides.surface.size();
-    let texels = guides.surface.texels().iter().enumerate().map(|(i, words)| {
-        let draw = |what: u32| random(seed + what, i as u32);
-        let mut surface = Surface::unpack_gbuffer(*words);
-        let tilt = Vec3::new(draw(0), draw(1), draw(2)) - 0.5;
-        surface.normal = (surface.normal + 0.7 * tilt).normalize();
-        match (9.0 * draw(3)) as u32 {
-            0 => surface.metalness = 1.0,
-            1 => (surface.transmission, surface.f0) = (1.0, 0.04),
-            2 => surface.base = Vec3::ZERO,
-            _ => {}
-        }
-        surface.pack_gbuffer(i as u32)
-    });
-    guides.surface = Image::from_texels(size, texels.collect()).unwrap();
 }
 
 #[test]

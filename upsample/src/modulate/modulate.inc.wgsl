@@ -17,21 +17,33 @@ fn modulate_view_direction(pixel: vec2u) -> vec3f {
     return frame_view_direction(vec2f(pixel) + vec2f(0.5), frame.display_size);
 }
 
-// The picture's value from demodulated light. direct_lobes: how many lobes of direct_* hold something, 0 to 2.
+// Light found elsewhere, at display size. direct_lobes: how many lobes of direct_* hold something, 0 to 2. No branches: one
+// that a uniform alone decides has Mesa's software driver build the kernel anew for each dispatch.
+fn modulate_direct_light(pixel: vec2u, direct_lobes: u32) -> BrdfModulators {
+    return BrdfModulators(
+        select(vec3f(0.0), textureLoad(direct_diffuse, pixel, 0).rgb, direct_lobes > 0u),
+        select(vec3f(0.0), textureLoad(direct_specular, pixel, 0).rgb, direct_lobes > 1u),
+    );
+}
+
+// The same, on the surface it fell on.
+fn modulate_direct(pixel: vec2u, direct_lobes: u32) -> vec3f {
+    let direct = modulate_direct_light(pixel, direct_lobes);
+    let surface = surface_unpack_gbuffer(textureLoad(display_surface, pixel, 0));
+    let m = brdf_modulators(surface, dot(surface.normal, -modulate_view_direction(pixel)));
+    return m.diffuse * direct.diffuse + m.specular * direct.specular;
+}
+
+// The picture's value from demodulated light.
 fn modulate_pixel(pixel: vec2u, diffuse: vec3f, specular: vec3f, direct_lobes: u32) -> vec4f {
     let direction = modulate_view_direction(pixel);
     if (!(textureLoad(display_distance, pixel, 0).r > 0.0)) {
         return half_rounded(vec4f(sky_radiance(direction), 1.0));
     }
-    var lobes = BrdfModulators(diffuse, specular);
-    if (direct_lobes > 0u) {
-        lobes.diffuse += textureLoad(direct_diffuse, pixel, 0).rgb;
-    }
-    if (direct_lobes > 1u) {
-        lobes.specular += textureLoad(direct_specular, pixel, 0).rgb;
-    }
+    let direct = modulate_direct_light(pixel, direct_lobes);
     let surface = surface_unpack_gbuffer(textureLoad(display_surface, pixel, 0));
     let m = brdf_modulators(surface, dot(surface.normal, -direction));
-    let color = m.diffuse * lobes.diffuse + m.specular * lobes.specular + surface.emission;
+    let color =
+        m.diffuse * (diffuse + direct.diffuse) + m.specular * (specular + direct.specular) + surface.emission;
     return half_rounded(vec4f(color, 1.0));
 }

@@ -74,7 +74,13 @@ impl Upsampler for Nearest {
         0
     }
 
-    fn resize(&mut self, gpu: &Gpu, display_size: [u32; 2], _specular: bool) -> Result<(), GpuError> {
+    fn resize(
+        &mut self,
+        gpu: &Gpu,
+        _trace_size: [u32; 2],
+        display_size: [u32; 2],
+        _specular: bool,
+    ) -> Result<(), GpuError> {
         self.picture = ColorImage::new(gpu, display_size)?;
         Ok(())
     }

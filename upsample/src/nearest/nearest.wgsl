@@ -16,9 +16,6 @@ fn nearest(@builtin(global_invocation_id) id: vec3u) {
     }
     let q = modulate_trace_pixel(pixel);
     let diffuse = textureLoad(light_diffuse, q, 0).rgb;
-    var specular = vec3f(0.0);
-    if (params.has_specular == 1u) {
-        specular = textureLoad(light_specular, q, 0).rgb;
-    }
+    let specular = select(vec3f(0.0), textureLoad(light_specular, q, 0).rgb, params.has_specular == 1u);
     textureStore(out_color, pixel, modulate_pixel(pixel, diffuse, specular, params.direct_lobes));
 }

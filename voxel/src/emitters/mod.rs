@@ -21,20 +21,21 @@ pub mod flux;
 #[cfg(test)]
 mod tests;
 
-use crate::Grid;
-use crate::VoxelGrid;
+use crate::compute::reference::Sat;
 use crate::grid::reference::CpuGrid;
 use crate::grid::{GRID_BINDS, GRID_WGSL, Glowing, Layout};
 use crate::raster::Axes;
 use crate::raster::reference::Columns;
 use crate::record::RecordLayout;
-use crate::structure::rows;
+use crate::structure::{Batch, rows};
+use crate::{Cover, Grid, VoxelGrid};
 use flux::Lit;
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::surface::Surface;
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, surface};
 use glam::{IVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Lines per emitter.
@@ -66,13 +67,11 @@ pub(crate) struct Emitters {
     glowing: Kernel,
 }
 
-/// Factors of all emitters.
+/// Factors of emitters, by cell.
 pub(crate) struct Factors {
     voxels: Buffer,
     cells: Vec<[u32; 3]>,
     count: u32,
-    /// Emitters without a single voxel.
-    pub(crate) lost: u32,
 }
 
 impl Emitters {
@@ -119,22 +118,35 @@ impl Emitters {
         Ok(Self { kernel, glowing })
     }
 
-    /// Counts all emitters; none where nothing glows.
-    pub(crate) fn factors(
+    /// Counts the emitters among a run of triangles, each alone; none where nothing glows. Reads that part of the mesh
+    /// back.
+    pub(crate) fn count(
         gpu: &Gpu,
         scene: &GpuScene,
         mesh: &GpuMesh,
+        triangles: Range<u32>,
         layout: &Layout,
-        axes: Axes,
+        cover: Cover,
+    ) -> Result<Vec<Counted>, GpuError> {
+        if scene.emitters.is_empty() || triangles.is_empty() {
+            return Ok(Vec::new());
+        }
+        let lines = (ALL_LINES / scene.emitters.len() as u32).clamp(LEAST_LINES, LINES);
+        Ok(counted(layout, cover, &ReadMesh::new(gpu, scene, mesh, triangles)?, lines))
+    }
+
+    /// Factors of emitters that were counted; none where nothing glows.
+    pub(crate) fn factors<'a>(
+        gpu: &Gpu,
+        counted: impl IntoIterator<Item = &'a Counted>,
     ) -> Result<Option<Factors>, GpuError> {
-        if scene.emitters.is_empty() || mesh.triangle_count == 0 {
+        let voxels = won(counted);
+        if voxels.is_empty() {
             return Ok(None);
         }
-        let read = ReadMesh::new(gpu, scene, mesh)?;
-        let (voxels, lost) = factors(layout, axes, &read);
         let buffer = gpu.storage(Room::Voxels, "Emitters::voxels", &voxels)?;
         let cells = voxels.iter().map(|[x, y, z, _]| [*x, *y, *z]).collect();
-        Ok(Some(Factors { voxels: buffer, cells, count: voxels.len() as u32, lost }))
+        Ok(Some(Factors { voxels: buffer, cells, count: voxels.len() as u32 }))
     }
 
     /// The voxels that give off light, once all records are made. Waits for the device.
@@ -144,9 +156,6 @@ impl Emitters {
         factors: &Factors,
         grid: &VoxelGrid,
     ) -> Result<Vec<Glowing>, GpuError> {
-        if factors.count == 0 {
-            return Ok(Vec::new());
-        }
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let bytes = 4 * u64::from(factors.count);
         let luminances = gpu.buffer(Room::Voxels, "Emitters::luminances", bytes, usage)?;
@@ -195,53 +204,75 @@ impl Emitters {
         &self,
         recorder: &mut Recorder<'_>,
         factors: &Factors,
-        structure: &Buffer,
-        uniform: &Buffer,
-        records: std::ops::Range<u32>,
+        batch: &Batch<'_>,
+        records: Range<u32>,
         list: &Buffer,
     ) {
-        if factors.count == 0 {
-            return;
-        }
         let (workgroups, row) = rows(factors.count);
         let (first_record, record_count) = (records.start, records.len() as u32);
         let params =
             recorder.uniform(&EmittersParams { count: factors.count, row, first_record, record_count });
         let [structure, uniform, voxels, list] =
-            [structure, uniform, &factors.voxels, list].map(|b| b.as_entire_binding());
+            [batch.structure, batch.uniform, &factors.voxels, list].map(|b| b.as_entire_binding());
         let resources = [params.binding(), structure, uniform, voxels, list];
-        recorder.compute("voxel/emitters", &self.kernel, &resources, workgroups);
+        recorder.compute(&format!("{}/emitters", batch.stage), &self.kernel, &resources, workgroups);
     }
 }
 
 /// The glowing part of a mesh, read back.
 struct ReadMesh {
     vertices: Vec<u32>,
+    /// Number of the first of them.
+    first_vertex: u32,
     stride: usize,
     /// Number and vertices of each triangle, by object.
     objects: BTreeMap<u32, Vec<(u32, [u32; 3])>>,
 }
 
 impl ReadMesh {
-    fn new(gpu: &Gpu, scene: &GpuScene, mesh: &GpuMesh) -> Result<Self, GpuError> {
+    fn new(gpu: &Gpu, scene: &GpuScene, mesh: &GpuMesh, range: Range<u32>) -> Result<Self, GpuError> {
         // A triangle's record has 16 bits for its object.
         let mut objects: BTreeMap<_, _> =
             scene.emitters.iter().map(|e| (e.object.min(0xffff), Vec::new())).collect();
-        let triangles: Vec<[u32; 4]> = gpu.read_buffer(&mesh.triangles)?;
-        for (number, [a, b, c, names]) in (0..mesh.triangle_count).zip(triangles) {
+        let triangles: Vec<[u32; 4]> =
+            read(gpu, &mesh.triangles, 16 * u64::from(range.start)..16 * u64::from(range.end))?;
+        let (mut first_vertex, mut end_vertex) = (u32::MAX, 0);
+        for (number, [a, b, c, names]) in range.zip(triangles) {
             if let Some(object) = objects.get_mut(&(names >> 16)) {
                 object.push((number, [a, b, c]));
+                first_vertex = first_vertex.min(a).min(b).min(c);
+                end_vertex = end_vertex.max(a + 1).max(b + 1).max(c + 1);
             }
         }
-        Ok(Self { vertices: gpu.read_buffer(&mesh.vertices)?, stride: mesh.layout.stride as usize, objects })
+        // Those whose triangles are elsewhere.
+        objects.retain(|_, triangles| !triangles.is_empty());
+        let stride = mesh.layout.stride;
+        let bytes = |vertex: u32| (4 * u64::from(stride) * u64::from(vertex)).min(mesh.vertices.bytes());
+        let vertices = if objects.is_empty() {
+            Vec::new()
+        } else {
+            read(gpu, &mesh.vertices, bytes(first_vertex)..bytes(end_vertex))?
+        };
+        Ok(Self { vertices, first_vertex, stride: stride as usize, objects })
     }
 
     /// The first words of a vertex: position and packed normal. Zeros where a triangle names none.
     fn vertex(&self, vertex: u32) -> (Vec3, Vec3) {
-        let words = self.vertices.get(vertex as usize * self.stride..).and_then(|words| words.first_chunk());
+        let at = (vertex - self.first_vertex) as usize * self.stride;
+        let words = self.vertices.get(at..).and_then(|words| words.first_chunk());
         let [x, y, z, normal] = words.copied().unwrap_or([0; 4]);
         (Vec3::from([x, y, z].map(f32::from_bits)), surface::face_normal_unpack(normal))
     }
+}
+
+/// Part of a buffer, read back once everything submitted so far is done.
+fn read<T: bytemuck::Pod>(gpu: &Gpu, buffer: &Buffer, bytes: Range<u64>) -> Result<Vec<T>, GpuError> {
+    let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    let part = gpu.buffer(Room::Frame, buffer.label(), bytes.end - bytes.start, usage)?;
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(buffer, bytes.start, &part, 0, bytes.end - bytes.start);
+    gpu.queue.submit([encoder.finish()]);
+    gpu.read_buffer(&part)
 }
 
 /// A triangle's part in a column.
@@ -266,44 +297,63 @@ struct Vote {
 }
 
 /// One emitter's voxels with the keys they won with.
-struct Counted {
+pub(crate) struct Counted {
     voxels: Vec<(Lit, u32)>,
     factor: f32,
 }
 
-/// Cell and factor of every emitter's voxels, and how many emitters have none.
-fn factors(layout: &Layout, axes: Axes, mesh: &ReadMesh) -> (Vec<[u32; 4]>, u32) {
+impl Counted {
+    /// Whether nothing of it is left: it is too small for the grid, or outside.
+    pub(crate) fn is_lost(&self) -> bool {
+        self.voxels.is_empty()
+    }
+}
+
+/// Counts every emitter of a mesh.
+fn counted(layout: &Layout, cover: Cover, mesh: &ReadMesh, lines: u32) -> Vec<Counted> {
     let objects: Vec<_> = mesh.objects.values().collect();
-    let lines = (ALL_LINES / (objects.len() as u32).max(1)).clamp(LEAST_LINES, LINES);
     let next = AtomicUsize::new(0);
     let work = || {
         let mut done = Vec::new();
         while let Some(triangles) = objects.get(next.fetch_add(1, Ordering::Relaxed)) {
-            done.push(count(layout, axes, mesh, triangles, lines));
+            done.push(count(layout, cover, mesh, triangles, lines));
         }
         done
     };
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(objects.len());
-    let counted: Vec<Counted> = std::thread::scope(|scope| {
+    std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
         workers.into_iter().flat_map(|w| w.join().unwrap_or_else(|e| std::panic::resume_unwind(e))).collect()
-    });
-    let lost = counted.iter().filter(|c| c.voxels.is_empty()).count() as u32;
-    // The key decides between emitters in one cell, whatever order threads finished in.
+    })
+}
+
+/// Cell and factor of every emitter's voxels. The key decides between emitters in one cell, whatever order threads
+/// finished in.
+fn won<'a>(counted: impl IntoIterator<Item = &'a Counted>) -> Vec<[u32; 4]> {
     let mut winners: HashMap<IVec3, (u32, f32)> = HashMap::new();
-    for emitter in &counted {
+    for emitter in counted {
         for (lit, key) in &emitter.voxels {
             let won = (*key, lit.share * emitter.factor);
             winners.entry(lit.cell).and_modify(|w| *w = if won.0 < w.0 { won } else { *w }).or_insert(won);
         }
     }
-    let voxels = winners
+    winners
         .into_iter()
-        .map(|(cell, (_, factor))| [cell.x as u32, cell.y as u32, cell.z as u32, factor.to_bits()]);
-    (voxels.collect(), lost)
+        .map(|(cell, (_, factor))| {
+            // No bits at all would mean that nothing was counted.
+            let factor = factor.max(f32::MIN_POSITIVE).to_bits();
+            [cell.x as u32, cell.y as u32, cell.z as u32, factor]
+        })
+        .collect()
 }
 
-fn count(layout: &Layout, axes: Axes, mesh: &ReadMesh, triangles: &[(u32, [u32; 3])], lines: u32) -> Counted {
+fn count(
+    layout: &Layout,
+    cover: Cover,
+    mesh: &ReadMesh,
+    triangles: &[(u32, [u32; 3])],
+    lines: u32,
+) -> Counted {
     let (mut parts, mut area, mut in_cells) = (Vec::new(), 0.0, Vec::new());
     for &(number, vertices) in triangles {
         let corners = vertices.map(|v| mesh.vertex(v));
@@ -314,7 +364,26 @@ fn count(layout: &Layout, axes: Axes, mesh: &ReadMesh, triangles: &[(u32, [u32; 
         let face = (b - a).as_dvec3().cross((c - a).as_dvec3());
         area += 0.5 * face.length();
         in_cells.push([a, b, c]);
-        let all = Columns::all(layout, corners.map(|(position, _)| position), axes);
+        let normal = |columns: &Columns, [u, v]: [i32; 2]| {
+            let weights = columns.weights(u, v);
+            let [m, n, o] = corners.map(|(_, normal)| normal);
+            let normal = (weights.x * m + weights.y * n + weights.z * o).try_normalize();
+            normal.unwrap_or(face.normalize_or_zero().as_vec3())
+        };
+        let positions = corners.map(|(position, _)| position);
+        let Cover::Columns(axes) = cover else {
+            let Some(sat) = Sat::new(layout, positions, cover == Cover::Thin) else { continue };
+            for columns in Columns::all(layout, positions, Axes::Dominant) {
+                for cell in sat.cells(layout) {
+                    let [u, v] = columns.column(cell);
+                    let (key, dominant) = (sat.key(cell, 0, number), columns.side());
+                    let vote = Some(Vote { key, normal: normal(&columns, [u, v]), dominant });
+                    parts.push(Part { cell, side: dominant, cover: columns.cover(u, v) as f32, vote });
+                }
+            }
+            continue;
+        };
+        let all = Columns::all(layout, positions, axes);
         for columns in &all {
             for [u, v] in columns.bounds(layout) {
                 let (cover, cell) = (columns.cover(u, v) as f32, columns.cell(u, v));
@@ -322,11 +391,8 @@ fn count(layout: &Layout, axes: Axes, mesh: &ReadMesh, triangles: &[(u32, [u32; 
                     continue;
                 }
                 let vote = columns.covers(u, v).then(|| {
-                    let weights = columns.weights(u, v);
-                    let [m, n, o] = corners.map(|(_, normal)| normal);
-                    let normal = (weights.x * m + weights.y * n + weights.z * o).try_normalize();
-                    let normal = normal.unwrap_or(face.normalize_or_zero().as_vec3());
-                    Vote { key: columns.key(u, v, 0, number), normal, dominant: all[0].side() }
+                    let key = columns.key(u, v, 0, number);
+                    Vote { key, normal: normal(columns, [u, v]), dominant: all[0].side() }
                 });
                 parts.push(Part { cell, side: columns.side(), cover, vote });
             }

@@ -112,16 +112,19 @@ fn grid_occupied(cell: vec3i) -> bool {
     return grid_block(cell) == 0;
 }
 
-// Index of an occupied cell's record: base of its brick, voxels in the masks before its own, bits before its own.
-fn grid_record(cell: vec3i) -> u32 {
-    let brick = grid_brick_at(cell);
-    let part = grid_part(cell);
+// Index of the record of an occupied cell, given by its brick's first word, its part and its bit in there: base of the
+// brick, voxels in the masks before its own, bits before its own.
+fn grid_record_in(brick: u32, part: u32, bit: u32) -> u32 {
     let mask = grid_mask(brick + 2u * part);
     let prefix = (grid_structure[brick + GRID_PREFIX_WORD + part / 2u] >> (16u * (part & 1u))) & 0xffffu;
-    let p = cell & vec3i(3);
-    let below = (1u << u32(p.x + 4 * p.y + 16 * (p.z & 1))) - 1u;
-    let rank = select(countOneBits(mask.x & below), countOneBits(mask.x) + countOneBits(mask.y & below), p.z >= 2);
+    let below = (1u << (bit & 31u)) - 1u;
+    let rank = select(countOneBits(mask.x & below), countOneBits(mask.x) + countOneBits(mask.y & below), bit >= 32u);
     return grid_structure[brick + GRID_BASE_WORD] + prefix + rank;
+}
+
+fn grid_record(cell: vec3i) -> u32 {
+    let p = cell & vec3i(3);
+    return grid_record_in(grid_brick_at(cell), grid_part(cell), u32(p.x + 4 * p.y + 16 * p.z));
 }
 
 // How far above a surface a path starts, m: the least distance along its unit face normal that is surely outside the

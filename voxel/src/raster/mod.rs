@@ -22,12 +22,12 @@
 //!   cleared buffer holds none.
 //! - **Rounds**: a fragment that finds a larger key stores its own, with plain relaxed loads and stores. Rounds repeat
 //!   until none stores anything: every round lowers each contended cell, so the end is the minimum whoever came first.
-//!   After [`MOST_ROUNDS`] one round of atomic minima finishes the rest.
-//! - **Conservative** voxels ([`Thickness`]) are all cells that a triangle enters by 2^-12: drawn are the columns of its box
-//!   along the dominant axis, and a fragment tests the up to three cells that the plane passes in its column, in all three
-//!   projections (Schwarz and Seidel 2010). What is nearest to the cell's centre wins.
-//! - **Bends**: a last draw marks cells in which triangles are not one surface, for [`crate::grid`]: normals too far apart,
-//!   seen from either side, or planes. What lets light through is left out.
+//!   After [`MOST_ROUNDS`] one round of atomic minima finishes the rest. All are recorded at once; a word that says if the
+//!   last one stored anything arms the next, so that nobody waits to ask.
+//! - **Conservative** ([`Cover::Boxes`]): all cells that a triangle enters by 2^-12. Drawn are the columns of its box along
+//!   the dominant axis, and a fragment tests the up to three cells that the plane passes in its column, in all three
+//!   projections (Schwarz and Seidel 2010). The distance in a key is that of the triangle, in 1/72 cell.
+//! - **Bends**: a last draw compares each triangle with the winner ([`crate::bend`]).
 //! - **Holes**: where a material is masked or blended, its coverage is read at the point and the mip the voxel will
 //!   have. Less than half a step of the 4 bits that will store it is nothing.
 //!
@@ -41,40 +41,17 @@ pub mod reference;
 #[cfg(test)]
 mod tests;
 
+use crate::bend::{self, Bend};
 use crate::grid::GRID_WGSL;
-use crate::structure::Batch;
-use crate::{Grid, resolve};
+use crate::{Cover, Grid, resolve};
 use frame::scene_gpu::{GpuMesh, GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
-use frame::{Bind, Buffer, Gpu, GpuError, KernelError, RasterDesc, RasterKernel, RasterTargets, Recorder};
-use frame::{Room, Texture, brdf, surface};
+use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, RasterDesc, RasterKernel};
+use frame::{RasterTargets, Recorder, Room, Texture, brdf, surface};
+use std::ops::Range;
+use wgpu::BufferUsages;
 
 /// Rounds without atomics. The mean of k contenders takes ln k + 0.6; 14 is the most that was seen.
 pub const MOST_ROUNDS: u32 = 16;
-
-/// Which cells a triangle sets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Thickness {
-    /// One per column: what stops rays.
-    Thin,
-    /// Each that it passes: what planes within cells need.
-    Conservative,
-}
-
-/// Where triangles of a cell stop being one surface.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Bend {
-    /// Cosine between normals.
-    pub(crate) flat: f32,
-    /// Cells from one plane to the other.
-    pub(crate) apart: f32,
-}
-
-impl Bend {
-    /// Planes only tell sides: 30 degrees, and two sides of a sheet may share a cell.
-    pub(crate) const OF_SIDES: Self = Self { flat: 0.866_025_4, apart: 1e9 };
-    /// Planes are where surfaces are: 20 degrees, which are 0.15 cell at a cell's corner.
-    pub(crate) const OF_CONTOURS: Self = Self { flat: 0.939_692_6, apart: 0.1 };
-}
 
 /// Axes that triangles are projected along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +69,7 @@ macro_rules! shared_constants {
     ($($(#[$doc:meta])* $name:ident = $value:literal;)*) => {
         $($(#[$doc])* pub(crate) const $name: f32 = $value;)*
 
-        const CONSTANTS: &str = concat!($("const RASTER_", stringify!($name), " = ", stringify!($value), ";\n",)*);
+        pub(crate) const CONSTANTS: &str = concat!($("const RASTER_", stringify!($name), " = ", stringify!($value), ";\n",)*);
     };
 }
 
@@ -116,14 +93,28 @@ frame::gpu_struct! {
         pub atomic_round: u32,
         /// 3, or 1 for the one the normal is longest on.
         pub axes: u32,
-        /// Records before this batch.
-        pub first_record: u32,
-        /// Cosine between normals of triangles that are one surface.
+        /// Of [`Bend`].
         pub flat: f32,
-        /// Cells that one surface's triangles in a cell are apart at most.
+        /// Of [`Bend`].
         pub apart: f32,
+        /// The first triangle that moves.
+        pub first_moving: u32,
         /// WGSL rounds uniforms up.
         pub _pad: u32,
+    }
+}
+
+frame::gpu_struct! {
+    /// See `rounds.wgsl`.
+    pub struct RoundsParams {
+        /// Vertices of a round.
+        pub vertex_count: u32,
+        /// The first of them.
+        pub first_vertex: u32,
+        /// 1: the round to come is the one with atomic minima.
+        pub atomic_round: u32,
+        /// 1: the round to come is drawn in any case.
+        pub first_round: u32,
     }
 }
 
@@ -134,40 +125,81 @@ pub(crate) struct Raster {
     mark: Vec<RasterKernel>,
     vote: Vec<RasterKernel>,
     bend: Vec<RasterKernel>,
+    arm: Kernel,
+}
+
+/// Whether rounds are needed, and how many were: kept from build to build.
+pub(crate) struct Rounds {
+    /// 1 where the last round stored something.
+    changed: Buffer,
+    /// Counts and first indices of the next round's draw.
+    draw: Buffer,
+    /// Rounds drawn and, of those, atomic ones: two counters of 64 bits.
+    counts: Buffer,
+}
+
+impl Rounds {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let words = |label, count: u64, more| {
+            let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST | more;
+            gpu.buffer(Room::Voxels, label, 4 * count, usage)
+        };
+        Ok(Self {
+            changed: words("Rounds::changed", 1, BufferUsages::empty())?,
+            draw: words("Rounds::draw", 4, BufferUsages::INDIRECT)?,
+            counts: words("Rounds::counts", 4, BufferUsages::empty())?,
+        })
+    }
+
+    /// Begins to count, `raster_rounds` and `atomic_rounds` in the log.
+    pub(crate) fn count(&self, recorder: &mut Recorder<'_>) {
+        recorder.clear(&self.counts);
+        recorder.counter("raster_rounds", &self.counts, 0);
+        recorder.counter("atomic_rounds", &self.counts, 8);
+    }
 }
 
 /// What a pass reads.
 pub(crate) struct Input<'a> {
+    /// Who draws, for the names of passes: `voxel/raster`, or who uses it.
+    pub stage: &'a str,
     pub scene: &'a GpuScene,
     pub mesh: &'a GpuMesh,
+    /// Of the mesh: those that are drawn.
+    pub triangles: Range<u32>,
     pub uniform: &'a Buffer,
     pub target: &'a Texture,
-    pub axes: Axes,
-    pub thickness: Thickness,
+    /// [`Cover::Columns`] or [`Cover::Boxes`] for what is drawn.
+    pub cover: Cover,
+    pub bend: Bend,
 }
 
 impl Input<'_> {
     fn axis_count(&self) -> u32 {
-        match (self.axes, self.thickness) {
-            (Axes::All, Thickness::Thin) => 3,
-            (Axes::Dominant, _) | (_, Thickness::Conservative) => 1,
+        match self.cover {
+            Cover::Columns(Axes::Dominant) | Cover::Boxes => 1,
+            _ => 3,
         }
     }
 
-    /// Three corners per axis, or two triangles around all columns; 9 x 2^24 is a u32.
-    fn vertices_per_triangle(&self) -> u32 {
-        let per_axis = if self.thickness == Thickness::Thin { 3 } else { 6 };
-        per_axis * self.axis_count()
+    /// Three corners per triangle and axis, or two triangles around all columns; 9 x 2^24 is a u32.
+    fn vertices(&self) -> Range<u32> {
+        let per_axis = if self.cover == Cover::Boxes { 6 } else { 3 };
+        let per_triangle = per_axis * self.axis_count();
+        per_triangle * self.triangles.start..per_triangle * self.triangles.end
     }
 
+    /// Draws all triangles, or as many as `armed` says.
     fn draw(
         &self,
         recorder: &mut Recorder<'_>,
-        pass: &str,
+        part: &str,
         kernels: &[RasterKernel],
         params: RasterParams,
         after: &[&Buffer],
+        armed: Option<&Buffer>,
     ) {
+        let pass = format!("{}/{part}", self.stage);
         let params = recorder.uniform(&RasterParams { axes: self.axis_count(), ..params });
         let mut resources = vec![params.binding()];
         resources.extend(self.mesh.resources());
@@ -175,19 +207,19 @@ impl Input<'_> {
         resources.extend(after.iter().map(|b| b.as_entire_binding()));
         let colors = [(self.target.view(), Some(wgpu::Color::TRANSPARENT))];
         let targets = RasterTargets { colors: &colors, depth: None };
-        let vertices = 0..self.vertices_per_triangle() * self.mesh.triangle_count;
         for kernel in kernels {
-            recorder.raster(pass, kernel, &resources, &targets, vertices.clone());
+            match armed {
+                None => recorder.raster(&pass, kernel, &resources, &targets, self.vertices()),
+                Some(draw) => recorder.raster_indirect(&pass, kernel, &resources, &targets, draw),
+            }
         }
     }
 }
 
 impl Raster {
-    pub(crate) fn new(gpu: &Gpu, scene: &GpuScene, thickness: Thickness) -> Result<Self, KernelError> {
-        let cells = match thickness {
-            Thickness::Thin => include_str!("thin.inc.wgsl"),
-            Thickness::Conservative => include_str!("conservative.inc.wgsl"),
-        };
+    /// For [`Cover::Columns`], or [`Cover::Boxes`].
+    pub(crate) fn new(gpu: &Gpu, scene: &GpuScene, boxes: bool) -> Result<Self, KernelError> {
+        let cells = if boxes { include_str!("conservative.inc.wgsl") } else { include_str!("thin.inc.wgsl") };
         let sources = [
             surface::WGSL,
             brdf::WGSL,
@@ -195,6 +227,7 @@ impl Raster {
             MATERIAL_WGSL,
             GRID_WGSL,
             resolve::POINT_WGSL,
+            bend::WGSL,
             CONSTANTS,
             include_str!("raster.wgsl"),
             cells,
@@ -237,6 +270,22 @@ impl Raster {
             mark: variants().map(mark).collect::<Result<_, _>>()?,
             vote: variants().map(vote).collect::<Result<_, _>>()?,
             bend: variants().map(bend).collect::<Result<_, _>>()?,
+            arm: Kernel::new(
+                gpu,
+                &KernelDesc {
+                    name: "voxel/raster/arm",
+                    sources: &[include_str!("rounds.wgsl")],
+                    entry: "rounds_arm",
+                    workgroup: [1, 1, 1],
+                    bindings: &[
+                        Bind::uniform::<RoundsParams>(0, 1, "params"),
+                        Bind::storage(3, 0, "out_changed"),
+                        Bind::storage(3, 1, "out_draw"),
+                        Bind::storage(3, 2, "out_counts"),
+                    ],
+                    constants: &[],
+                },
+            )?,
         })
     }
 
@@ -248,59 +297,56 @@ impl Raster {
 
     /// Writes 1 for each brick cell that something is in; `marks` must be clear.
     pub(crate) fn mark(&self, recorder: &mut Recorder<'_>, input: &Input<'_>, marks: &Buffer) {
-        input.draw(
-            recorder,
-            "voxel/raster/mark",
-            &self.mark,
-            RasterParams::default(),
-            &[input.uniform, marks],
-        );
+        input.draw(recorder, "mark", &self.mark, RasterParams::default(), &[input.uniform, marks], None);
     }
 
-    /// Finds the winner of each cell of a batch; `keys` must be clear. Gives the rounds it took, and whether the last one
-    /// was atomic.
+    /// Finds the winner of each cell of a batch. `keys` hold 0 or what is there already; `rounds` adds up how many it took.
     pub(crate) fn vote(
         &self,
         recorder: &mut Recorder<'_>,
         input: &Input<'_>,
         structure: &Buffer,
-        slots: std::ops::Range<u32>,
+        slots: Range<u32>,
         keys: &Buffer,
-        changed: &Buffer,
-    ) -> Result<(u32, bool), GpuError> {
-        let round = |recorder: &mut Recorder<'_>, atomic_round| {
-            let (first_slot, slot_count) = (slots.start, slots.len() as u32);
+        rounds: &Rounds,
+    ) {
+        let buffers = [structure, input.uniform, keys, &rounds.changed];
+        let (first_slot, slot_count) = (slots.start, slots.len() as u32);
+        let vertices = input.vertices();
+        let (first_vertex, vertex_count) = (vertices.start, vertices.len() as u32);
+        recorder.clear(&rounds.changed);
+        for round in 0..=MOST_ROUNDS {
+            let (atomic_round, first_round) = (u32::from(round == MOST_ROUNDS), u32::from(round == 0));
+            let arm =
+                recorder.uniform(&RoundsParams { vertex_count, first_vertex, atomic_round, first_round });
+            let [changed, draw, counts] =
+                [&rounds.changed, &rounds.draw, &rounds.counts].map(|b| b.as_entire_binding());
+            let pass = format!("{}/arm", input.stage);
+            recorder.compute(&pass, &self.arm, &[arm.binding(), changed, draw, counts], [1, 1, 1]);
             let params = RasterParams { first_slot, slot_count, atomic_round, ..Default::default() };
-            recorder.clear(changed);
-            let buffers = [structure, input.uniform, keys, changed];
-            input.draw(recorder, "voxel/raster/vote", &self.vote, params, &buffers);
-        };
-        for done in 1..=MOST_ROUNDS {
-            round(recorder, 0);
-            recorder.flush();
-            if recorder.gpu().read_buffer::<u32>(changed)?.first() == Some(&0) {
-                return Ok((done, false));
-            }
+            input.draw(recorder, "vote", &self.vote, params, &buffers, Some(&rounds.draw));
         }
-        round(recorder, 1);
-        Ok((MOST_ROUNDS + 1, true))
     }
 
-    /// Writes 1 for each record of a batch in whose cell surfaces meet at an angle; `bends` must be clear.
+    /// Sets the bits of cells of a batch that are bent.
     pub(crate) fn bend(
         &self,
         recorder: &mut Recorder<'_>,
         input: &Input<'_>,
-        batch: &Batch<'_>,
-        first_record: u32,
-        bend: Bend,
+        structure: &Buffer,
+        slots: Range<u32>,
         keys: &Buffer,
         bends: &Buffer,
     ) {
-        let (first_slot, slot_count) = (batch.slots.start, batch.slots.len() as u32);
-        let Bend { flat, apart } = bend;
-        let params = RasterParams { first_slot, slot_count, first_record, flat, apart, ..Default::default() };
-        let buffers = [batch.structure, input.uniform, keys, bends];
-        input.draw(recorder, "voxel/raster/bend", &self.bend, params, &buffers);
+        let Bend { flat, apart } = input.bend;
+        let params = RasterParams {
+            first_slot: slots.start,
+            slot_count: slots.len() as u32,
+            flat,
+            apart,
+            first_moving: input.mesh.static_triangle_count,
+            ..Default::default()
+        };
+        input.draw(recorder, "bend", &self.bend, params, &[structure, input.uniform, keys, bends], None);
     }
 }

@@ -1,4 +1,5 @@
-// Marks bricks and votes for winners, per fragment the cells that a snippet finds: `RasterCorner`, `raster_vertex`, `raster_cell`. Rules and formulas: mod.rs beside this file.
+// Marks bricks, votes for winners and finds bends, per fragment the cells that a snippet finds: `RasterCorner`,
+// `raster_vertex`, `raster_cell`. Rules and formulas: mod.rs beside this file.
 
 struct RasterParams {
     // The slots of this batch.
@@ -8,11 +9,10 @@ struct RasterParams {
     atomic_round: u32,
     // Axes each triangle is projected along: 3, or 1 for the one its normal is longest on.
     axes: u32,
-    // Records before the batch.
-    first_record: u32,
-    // A triangle bends from the winner where the cosine of their normals is below this, or it lies so many cells off.
+    // Of bends.
     flat: f32,
     apart: f32,
+    first_moving: u32,
 }
 
 // Whether this kernel draws the triangles with masks and blends, or the others: software adapters run both sides of a
@@ -120,7 +120,7 @@ fn raster_vote_cell(in: RasterCorner, found: RasterCell) {
     atomicStore(&out_changed, 1u);
 }
 
-// By record of the batch: 1 = it has no plane.
+// Per cell of a batch a bit: it has no plane.
 @group(3) @binding(3) var<storage, read_write> out_bends: array<atomic<u32>>;
 
 @fragment
@@ -140,38 +140,9 @@ fn raster_bend_cell(in: RasterCorner, found: RasterCell) {
     if (entry >= GRID_EMPTY || slot < params.first_slot || local >= params.slot_count) {
         return;
     }
-    let key = ~atomicLoad(&out_keys[GRID_BRICK_CELLS * local + grid_cell_index(found.cell)]);
-    let winner = key & 0xffffffu;
-    // What lets light through keeps its plane: a cube would be met once where glass is crossed twice.
-    if ((key >> 30u) == 2u || winner == in.triangle) {
-        return;
+    let at = GRID_BRICK_CELLS * local + grid_cell_index(found.cell);
+    let bend = Bend(params.flat, params.apart, params.first_moving);
+    if (bend_is(bend, atomicLoad(&out_keys[at]), in.triangle, found.cell) && raster_class(in.triangle, found.cell) != 3u) {
+        atomicOr(&out_bends[at >> 5u], 1u << (at & 31u));
     }
-    let won = mesh_triangle(winner);
-    let a = mesh_position(won.x);
-    let normal = raster_normal(a, mesh_position(won.y), mesh_position(won.z));
-    let own = mesh_triangle(in.triangle);
-    var corners = array<vec3f, 3>(mesh_position(own.x), mesh_position(own.y), mesh_position(own.z));
-    // Where this triangle is nearest to the cell's centre, cells from the winner's plane.
-    let center = voxel_center(found.cell);
-    let weights = voxel_nearest(
-        (corners[0] - center) / grid.voxel_size,
-        (corners[1] - center) / grid.voxel_size,
-        (corners[2] - center) / grid.voxel_size,
-        vec3f(0.0),
-    );
-    let nearest = corners[0] + weights.x * (corners[1] - corners[0]) + weights.y * (corners[2] - corners[0]);
-    let apart = abs(dot(normal, nearest - a)) / grid.voxel_size;
-    let flat = abs(dot(normal, raster_normal(corners[0], corners[1], corners[2])));
-    if (flat > params.flat && apart < params.apart) {
-        return;
-    }
-    if (raster_class(in.triangle, found.cell) != 3u) {
-        atomicStore(&out_bends[grid_record(found.cell) - params.first_record], 1u);
-    }
-}
-
-// Unit, of a triangle with corners in the world; cells are cubes.
-fn raster_normal(a: vec3f, b: vec3f, c: vec3f) -> vec3f {
-    let n = cross((b - a) / grid.voxel_size, (c - a) / grid.voxel_size);
-    return n / max(length(n), 1e-30);
 }

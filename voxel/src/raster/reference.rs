@@ -157,6 +157,11 @@ impl Columns {
         (self.axis, self.faces_up)
     }
 
+    /// The column that a cell is in.
+    pub fn column(&self, cell: IVec3) -> [i32; 2] {
+        [cell[AXES[self.axis][0]], cell[AXES[self.axis][1]]]
+    }
+
     /// The cell the triangle's plane passes in this column.
     pub fn cell(&self, u: i32, v: i32) -> IVec3 {
         let turned = [u, v, self.depth(u, v).floor() as i32];

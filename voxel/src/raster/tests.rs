@@ -4,29 +4,16 @@
 use super::Axes;
 use super::reference::{Columns, winners};
 use crate::grid::reference::CpuGrid;
-use crate::test_scenes::{Built, Part, Random, build, gpu, quad, soup, sphere, upload, voxelize};
+use crate::test_scenes::{
+    Built, Part, Random, build, gpu, number, numbered, quad, soup, sphere, upload, voxelize,
+};
 use crate::{VoxelError, Voxelizer};
-use frame::surface::{Surface, linear_from_srgb};
+use frame::surface::Surface;
 use glam::{IVec3, Quat, Vec3};
 use scene::{Aabb, Alpha, Material};
 use std::collections::{HashMap, HashSet};
 
 const UNIT: Aabb = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
-
-/// A part per triangle, each with its number as base colour: six bits per channel, in the upper bits of the code, because
-/// a code that differs in the last bit between the powers of the CPU and the device may be rounded to its neighbour.
-fn numbered(triangles: &[[Vec3; 3]]) -> Vec<Part> {
-    let code =
-        |number: usize, shift: u32| linear_from_srgb((4 * ((number >> shift) & 63) + 1) as f32 / 255.0);
-    let color = |number: usize| Vec3::new(code(number, 0), code(number, 6), code(number, 12));
-    triangles.iter().enumerate().map(|(n, t)| (Material::lambert("", color(n)), vec![*t])).collect()
-}
-
-/// The number in a record.
-fn number(record: [u32; 4]) -> u32 {
-    let channel = |shift: u32| (record[1] >> (shift + 2)) & 63;
-    channel(0) | (channel(8) << 6) | (channel(16) << 12)
-}
 
 /// Cells where f32 and f64 may differ: some triangle's depth or distance is so near a step that an error tips it. Depths
 /// err by 2^-11 cell (half of what ties are moved by), and where a triangle is a sliver seen from its edge by what

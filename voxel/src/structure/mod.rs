@@ -4,25 +4,14 @@
 //! brick cell of each slot, and per record of the batch the cell it is for. Slots follow brick cells, x fastest; records
 //! follow slots, then masks, then bits: the same triangles give the same words.
 //!
-//! Longest loops: 64 children per mask, 32 bits per word; the scan says its own.
+//! Longest loops: 64 children per mask, 32 bits per word; [`frame::scan`] says its own.
 
-mod scan;
-
-pub(crate) use scan::Sums;
+pub(crate) use frame::scan::Sums;
 
 use crate::Grid;
 use crate::grid::GRID_WGSL;
-use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder};
-use scan::Scan;
-
-/// Counts per block of a scan, for Rust and for shaders.
-macro_rules! scan_block {
-    () => {
-        1024
-    };
-}
-const SCAN_BLOCK: u32 = scan_block!();
-const SCAN_CONSTANTS: &str = concat!("const SCAN_BLOCK = ", scan_block!(), "u;\n");
+use frame::scan::{SCAN_WGSL, Scan};
+use frame::{Bind, Buffer, Gpu, Kernel, KernelDesc, KernelError, Recorder};
 
 frame::gpu_struct! {
     /// See `structure.wgsl`.
@@ -51,6 +40,8 @@ pub(crate) struct Structure {
 
 /// A run of slots whose cells fit the keys.
 pub(crate) struct Batch<'a> {
+    /// What passes' names begin with.
+    pub(crate) stage: &'a str,
     pub(crate) uniform: &'a Buffer,
     pub(crate) structure: &'a Buffer,
     pub(crate) slots: std::ops::Range<u32>,
@@ -75,7 +66,7 @@ impl Structure {
                 gpu,
                 &KernelDesc {
                     name: entry,
-                    sources: &[SCAN_CONSTANTS, GRID_WGSL, include_str!("structure.wgsl")],
+                    sources: &[SCAN_WGSL, GRID_WGSL, include_str!("structure.wgsl")],
                     entry,
                     workgroup: [64, 1, 1],
                     bindings: &bindings,
@@ -102,14 +93,16 @@ impl Structure {
         })
     }
 
-    /// Sums up marks or counts.
+    /// Sums up the first `count` marks or counts.
     pub(crate) fn scan(
         &self,
         recorder: &mut Recorder<'_>,
+        stage: &str,
         counts: &Buffer,
         count: u32,
-    ) -> Result<Sums, GpuError> {
-        self.scan.record(recorder, counts, count)
+        sums: &Sums,
+    ) {
+        self.scan.record(recorder, stage, counts, count, sums);
     }
 
     /// Table, slots and skip levels of all bricks.
@@ -123,24 +116,38 @@ impl Structure {
         structure: &Buffer,
         bricks: &Buffer,
     ) {
+        let count = grid.bricks.iter().product::<i32>() as u32;
+        let (workgroups, row) = rows(count);
+        let params = recorder.uniform(&StructureParams { count, row, ..Default::default() });
+        let mut resources = vec![params.binding()];
+        let buffers = [uniform, marks, &sums.before, &sums.blocks, structure, bricks];
+        resources.extend(buffers.map(|b| b.as_entire_binding()));
+        recorder.compute("voxel/structure/slots", &self.slots, &resources, workgroups);
+        self.skips(recorder, "voxel/structure", grid, uniform, marks, structure);
+    }
+
+    /// The same without slots: the skip levels over the bricks that are marked, and the sides of the empty entries.
+    pub(crate) fn skips(
+        &self,
+        recorder: &mut Recorder<'_>,
+        stage: &str,
+        grid: &Grid,
+        uniform: &Buffer,
+        marks: &Buffer,
+        structure: &Buffer,
+    ) {
         let count = |n: [i32; 3]| n.iter().product::<i32>() as u32;
-        let passes: [(_, _, _, &[&Buffer]); 4] = [
-            (
-                "voxel/structure/slots",
-                &self.slots,
-                count(grid.bricks),
-                &[uniform, marks, &sums.before, &sums.blocks, structure, bricks],
-            ),
-            ("voxel/structure/groups", &self.groups, count(grid.groups), &[uniform, marks, structure]),
-            ("voxel/structure/regions", &self.regions, count(grid.regions), &[uniform, structure]),
-            ("voxel/structure/sides", &self.sides, count(grid.bricks), &[uniform, structure]),
+        let passes: [(_, _, _, &[&Buffer]); 3] = [
+            ("groups", &self.groups, count(grid.groups), &[uniform, marks, structure]),
+            ("regions", &self.regions, count(grid.regions), &[uniform, structure]),
+            ("sides", &self.sides, count(grid.bricks), &[uniform, structure]),
         ];
         for (pass, kernel, count, buffers) in passes {
             let (workgroups, row) = rows(count);
             let params = recorder.uniform(&StructureParams { count, row, ..Default::default() });
             let mut resources = vec![params.binding()];
             resources.extend(buffers.iter().map(|b| b.as_entire_binding()));
-            recorder.compute(pass, kernel, &resources, workgroups);
+            recorder.compute(&format!("{stage}/{pass}"), kernel, &resources, workgroups);
         }
     }
 
@@ -154,7 +161,7 @@ impl Structure {
         counts: &Buffer,
     ) {
         let buffers = [batch.uniform, keys, bricks, batch.structure, counts];
-        self.per_brick(recorder, "voxel/structure/masks", &self.masks, batch, 0, &buffers);
+        self.per_brick(recorder, "masks", &self.masks, batch, 0, &buffers);
     }
 
     /// First records of a batch's bricks, and the cell of each record.
@@ -167,7 +174,7 @@ impl Structure {
         list: &Buffer,
     ) {
         let buffers = [batch.uniform, &sums.before, &sums.blocks, batch.structure, list];
-        self.per_brick(recorder, "voxel/structure/list", &self.list, batch, first_record, &buffers);
+        self.per_brick(recorder, "list", &self.list, batch, first_record, &buffers);
     }
 
     fn per_brick(
@@ -185,6 +192,7 @@ impl Structure {
         let mut resources = vec![params.binding()];
         resources.extend(buffers.iter().map(|b| b.as_entire_binding()));
         // Sixteen invocations per brick; a batch is at most 2^16 bricks.
-        recorder.compute(pass, kernel, &resources, [count.div_ceil(4), 1, 1]);
+        let pass = format!("{}/{pass}", batch.stage);
+        recorder.compute(&pass, kernel, &resources, [count.div_ceil(4), 1, 1]);
     }
 }

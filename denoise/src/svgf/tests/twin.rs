@@ -1,10 +1,10 @@
 //! GPU against CPU, pass by pass.
 
 use super::super::{Svgf, reference};
-use super::{gpu, sequel};
 use crate::Denoiser;
 use crate::edge::{self, EdgeParams};
-use crate::tests::Shot;
+use crate::fixture::{Shot, gpu};
+use crate::temporal::reference as temporal;
 use frame::cpu::Image;
 use frame::{Gpu, Texture, set_knob};
 use glam::Vec3;
@@ -34,10 +34,8 @@ fn compare(variant: &[(&str, &str)], seed: u32, gpu: &Gpu) {
     let settings = denoiser.settings;
     let size = [45, 33];
     let mut first = Shot::random(size, seed);
-    for (index, broken) in [f32::NAN, f32::INFINITY].into_iter().enumerate() {
-        first.noisy.diffuse.get_mut(3 + 7 * index as i32, 5).unwrap()[index] = broken;
-    }
-    let mut second = sequel(&first, 1);
+    first.break_pixels(6);
+    let mut second = first.sequel(1);
     second.frame.camera.eye += Vec3::new(0.05, -0.02, 0.01);
     second.frame.previous_jitter = first.frame.jitter;
     second.frame.jitter = [-0.1, 0.4];
@@ -64,8 +62,9 @@ fn compare(variant: &[(&str, &str)], seed: u32, gpu: &Gpu) {
     let after = remembered(gpu, &denoiser, size);
     let (frame, scale) = (second.frame.uniform(), second.frame.columns_per_row());
     let motion = second.others.map(|[_, motion, _]| motion);
-    let reproject = settings.reproject_params(&second.frame);
-    let known = reference::reproject(&reproject, &frame, &after.edge, &motion, &second.noisy, &before);
+    let reproject = settings.temporal.params(&second.frame);
+    let known =
+        temporal::accumulate_frame(&reproject, &frame, &after.edge, &motion, &second.noisy, &before, None);
     let result = [&clean.diffuse, clean.specular.as_ref().unwrap()];
     let mut followed = 0;
     for lobe in 0..2 {
@@ -75,7 +74,7 @@ fn compare(variant: &[(&str, &str)], seed: u32, gpu: &Gpu) {
         let differ = pairs.filter(|(gpu, cpu)| gpu != cpu).count();
         assert!(differ <= 2, "{variant:?}, lobe {lobe}: {differ} frame counts");
         followed += cpu_lobe.frames.texels().iter().filter(|n| **n > 1).count();
-        let moments = |lobe: &reference::Lobe| lobe.moments.texels().as_flattened().to_vec();
+        let moments = |lobe: &temporal::Lobe| lobe.moments.texels().as_flattened().to_vec();
         let wrong = outliers(moments(gpu_lobe).into_iter(), moments(cpu_lobe).iter(), 1.0);
         assert!(wrong <= 4, "{variant:?}, lobe {lobe}: {wrong} moments");
 
@@ -102,24 +101,24 @@ fn compare(variant: &[(&str, &str)], seed: u32, gpu: &Gpu) {
 }
 
 /// What the last frame left.
-fn remembered(gpu: &Gpu, denoiser: &Svgf, size: [u32; 2]) -> reference::History {
-    let history = &denoiser.history;
-    let last = 1 - history.now;
-    let edge = gpu.read_texture::<[u32; 4]>(&history.edge[last]).unwrap();
-    let moments = gpu.read_texture::<[f32; 4]>(&history.moments[last]).unwrap();
-    let frames = gpu.read_texture::<u32>(&history.frames[last]).unwrap();
+fn remembered(gpu: &Gpu, denoiser: &Svgf, size: [u32; 2]) -> temporal::History {
+    // The frame has ended, and turned.
+    let past = &denoiser.temporal;
+    let edge = gpu.read_texture::<[u32; 4]>(past.edge_before()).unwrap();
+    let moments = gpu.read_texture::<[f32; 4]>(past.moments_before()).unwrap();
+    let frames = gpu.read_texture::<u32>(past.frames_before()).unwrap();
     let lobe = |lobe: usize| {
-        let light = read_light(gpu, &history.lobes[lobe]);
+        let light = read_light(gpu, &denoiser.history[lobe]);
         let light = light.chunks(4).map(|c| [c[0], c[1], c[2], c[3]]).collect();
         let moments = moments.iter().map(|m| [m[2 * lobe], m[2 * lobe + 1]]).collect();
         let frames = frames.iter().map(|n| (n >> (16 * lobe)) & 0xffff).collect();
-        reference::Lobe {
+        temporal::Lobe {
             light: Image::from_texels(size, light).unwrap(),
             moments: Image::from_texels(size, moments).unwrap(),
             frames: Image::from_texels(size, frames).unwrap(),
         }
     };
-    reference::History { edge: Image::from_texels(size, edge).unwrap(), lobes: [lobe(0), lobe(1)] }
+    temporal::History { edge: Image::from_texels(size, edge).unwrap(), lobes: [lobe(0), lobe(1)] }
 }
 
 #[test]

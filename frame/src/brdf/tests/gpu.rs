@@ -25,6 +25,7 @@ fn sample_and_evaluate(@builtin(global_invocation_id) id: vec3u) {
   let given = in_cases[id.x];
   let s = surface_unpack_gbuffer(given.surface);
   let inside = given.inside == 1u;
+  brdf_look(s, given.wo);
   let diffuse = brdf_sample_diffuse(s, given.wo, given.u.xy);
   let specular = brdf_sample_specular(s, given.wo, given.u, inside);
   let value = brdf_eval_side(s, given.wo, given.wi, inside);
@@ -107,7 +108,7 @@ fn cases() -> Vec<Case> {
     (0..COUNT).map(case).collect()
 }
 
-fn run(gpu: &Gpu, table: &BrdfTable, cases: &[Case]) -> Vec<Found> {
+fn run(gpu: &Gpu, brdf: &Brdf<'_>, cases: &[Case]) -> Vec<Found> {
     let kernel = Kernel::new(
         gpu,
         &KernelDesc {
@@ -120,11 +121,11 @@ fn run(gpu: &Gpu, table: &BrdfTable, cases: &[Case]) -> Vec<Found> {
                 Bind::storage_read(2, 0, "in_cases"),
                 Bind::storage(3, 0, "out_results"),
             ],
-            constants: &[],
+            constants: &brdf.rules.constants(),
         },
     )
     .unwrap();
-    let table = table.upload(gpu).unwrap();
+    let table = brdf.table.upload(gpu).unwrap();
     let in_cases = gpu.storage(Room::Frame, "in_cases", cases).unwrap();
     let out_results =
         gpu.storage(Room::Frame, "out_results", &vec![[0u8; size_of::<Found>()]; COUNT]).unwrap();
@@ -172,9 +173,14 @@ fn the_shader_validates_without_an_adapter() {
 #[test]
 fn the_shader_agrees_with_its_twin() {
     let gpu = Gpu::new(None).expect("this test needs an adapter");
-    let table = BrdfTable::new();
     let cases = cases();
-    let found = run(&gpu, &table, &cases);
+    for brdf in all_rules() {
+        compare(&gpu, &brdf, &cases);
+    }
+}
+
+fn compare(gpu: &Gpu, brdf: &Brdf<'_>, cases: &[Case]) {
+    let found = run(gpu, brdf, cases);
     let [mut drawn, mut weights, mut densities, mut values, mut modulated] =
         [(); 5].map(|()| Errors::default());
     let mut otherwise = 0;
@@ -182,8 +188,8 @@ fn the_shader_agrees_with_its_twin() {
         let s = Surface::unpack_gbuffer(case.surface);
         let [wo, u, wi] = [case.wo, case.u, case.wi].map(|v| Vec3::from_array(v).as_dvec3());
         let inside = case.inside == 1;
-        let diffuse = sample_diffuse(&s, wo, u.truncate());
-        let specular = sample_specular(&s, wo, u, inside);
+        let diffuse = brdf.sample_diffuse(&s, wo, u.truncate());
+        let specular = brdf.sample_specular(&s, wo, u, inside);
         for (found, wanted) in [(found.diffuse, diffuse), (found.specular, specular)] {
             let all = found.weight.iter().chain(&found.wi).chain([&found.pdf]).all(|x| x.is_finite());
             assert!(all && found.weight.iter().all(|w| *w >= 0.0), "{found:?}");
@@ -195,14 +201,14 @@ fn the_shader_agrees_with_its_twin() {
                 densities.0.push((f64::from(found.pdf) - wanted.pdf).abs() / wanted.pdf.max(1.0));
             }
         }
-        let value = eval_side(&s, wo, wi, inside);
+        let value = brdf.eval_side(&s, wo, wi, inside);
         values.0.push(distance(found.value_diffuse, value.diffuse));
         values.0.push(distance(found.value_specular, value.specular));
         values.0.push((f64::from(found.pdf_diffuse) - value.pdf_diffuse).abs());
         values
             .0
             .push((f64::from(found.pdf_specular) - value.pdf_specular).abs() / value.pdf_specular.max(1.0));
-        let wanted = modulators(&s, case.mu.into(), &table);
+        let wanted = modulators(&s, case.mu.into(), brdf.table);
         modulated.0.push(distance(found.modulator_diffuse, wanted.diffuse));
         modulated.0.push(distance(found.modulator_specular, wanted.specular));
     }
@@ -212,8 +218,10 @@ fn the_shader_agrees_with_its_twin() {
     // f32 against f64. The software adapter stays below 1e-6 at 99 %; others may round a division by 2.5 ulp and a sine
     // by 2^-11, which a lobe of alpha 1e-3 magnifies.
     drawn.assert("directions", 1e-4, 1e-3);
-    weights.assert("weights", 1e-4, 1e-3);
+    // Narrow lobes find their facet again from the two directions.
+    weights.assert("weights", 5e-4, 2e-3);
     densities.assert("densities", 1e-3, 1e-2);
     values.assert("values", 1e-4, 1e-3);
-    modulated.assert("modulators", 1e-5, 1e-5);
+    // An arc sine and two powers lie between them.
+    modulated.assert("modulators", 2e-4, 1e-3);
 }

@@ -1,8 +1,8 @@
 //! What is known without a twin: furnaces, a sun on a floor, and what stands between.
 
 use super::fixture::{Fixture, Model, Traced, at, cells, statistics};
-use crate::path::PathSettings;
 use crate::path::reference::{Texel, view_direction};
+use crate::path::{PathBuild, PathSettings};
 use frame::brdf::{self, BrdfTable};
 use frame::cpu::Image;
 use frame::surface::{Surface, linear_from_srgb};
@@ -110,7 +110,12 @@ fn light_samples_find_the_light_that_chance_finds_and_less_noise() {
     let voxels = model.build();
     let texels = fixture.gbuffer(&voxels);
     let [on, off] = [(true, 16), (false, 256)].map(|(next_event, spp)| {
-        let settings = PathSettings { spp, bounces: Some(4), next_event, ..PathSettings::default() };
+        let settings = PathSettings {
+            spp,
+            bounces: Some(4),
+            build: PathBuild { next_event, ..PathBuild::default() },
+            ..PathSettings::default()
+        };
         fixture.traced(&voxels, &texels, &settings)
     });
     for lobe in 0..2 {

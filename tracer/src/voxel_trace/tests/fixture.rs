@@ -5,7 +5,7 @@ use super::super::reference::CpuVoxels;
 use crate::path::reference::{
     NO_OWN, Pixel, Ray, Structure, Tally, Texel, World as CpuWorld, view_direction,
 };
-use crate::path::{ENDLESS, PathParams, PathSettings, SampleRule};
+use crate::path::{ENDLESS, PathParams, PathSettings, RadianceCache};
 use crate::{LightList, Tracer, World};
 use frame::brdf::BrdfTable;
 use frame::cpu::Image;
@@ -139,6 +139,8 @@ pub struct Fixture {
     pub frame: FrameInfo,
     /// Kept, so that its kernels are compiled once.
     pub tracer: RefCell<VoxelTracer>,
+    /// What the voxels keep, from the first frame that asks for it on.
+    pub cache: RefCell<Option<RadianceCache>>,
 }
 
 impl Fixture {
@@ -174,7 +176,16 @@ impl Fixture {
             restart: true,
             sun_elsewhere: false,
         };
-        Self { gpu, scene, sky, lights, table: BrdfTable::new(), frame, tracer: RefCell::default() }
+        Self {
+            gpu,
+            scene,
+            sky,
+            lights,
+            table: BrdfTable::new(),
+            frame,
+            tracer: RefCell::default(),
+            cache: RefCell::default(),
+        }
     }
 
     /// What the camera sees of the cells' cubes.
@@ -219,11 +230,11 @@ impl Fixture {
         };
         let params = PathParams {
             sample: 0,
-            samples: settings.spp,
-            first_sample: self.frame.frame_index.wrapping_mul(settings.spp),
+            samples: settings.most_samples(),
+            first_sample: self.frame.frame_index.wrapping_mul(settings.most_samples()),
             bounces: settings.bounces.unwrap_or(ENDLESS),
             lights: self.lights.len() as u32,
-            by_roughness: u32::from(settings.samples == SampleRule::Roughness),
+            rule: settings.samples as u32,
             roulette_from: if settings.bounces.is_some() { u32::MAX } else { settings.roulette_from },
             segments: 1,
             branch: u32::from(settings.both_branches && self.scene.needs.transmission),
@@ -277,6 +288,10 @@ impl Fixture {
             glowing: glowing(voxels),
         };
         let lights = LightList::of_voxels(gpu, &self.scene, &grid).unwrap();
+        let mut cache = self.cache.borrow_mut();
+        if settings.build.cache {
+            cache.get_or_insert_with(|| RadianceCache::new(gpu, &grid).unwrap());
+        }
         gpu.queue.write_buffer(&grid.uniform, 0, bytemuck::bytes_of(&voxels.grid.grid));
         let gbuffer = GBuffer {
             surface: self.channel(texels, GBuffer::FORMATS[0], |t| t.surface),
@@ -294,6 +309,7 @@ impl Fixture {
             lbvh: None,
             cwbvh: None,
             grid_lights: Some(&lights),
+            cache: cache.as_ref(),
             triangle_lights: None,
         };
         let light = tracer.trace(&mut recorder, &self.frame, &uniform, world, &gbuffer, settings);

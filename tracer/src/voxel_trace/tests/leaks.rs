@@ -59,6 +59,7 @@ fn radiance(knobs: &[(&str, &str)], turns: u32) -> [[f64; 2]; WALLS.len()] {
             cwbvh: None,
             grid_lights: Some(&lights),
             triangle_lights: None,
+            cache: None,
         };
         for (place, camera) in source.cameras.iter().enumerate() {
             // Walls, edges and the corner; then the corner alone.

@@ -54,6 +54,7 @@ fn render(gpu: &Gpu, source: &Scene, scene: &GpuScene) -> (u64, Vec<[u16; 4]>) {
         cwbvh: None,
         grid_lights: Some(&lights),
         triangle_lights: None,
+        cache: None,
     };
     let mut recorder = Recorder::new(gpu);
     let uniform = recorder.uniform(&frame.uniform());
