@@ -131,5 +131,5 @@ fn what_is_divided_out_comes_back() {
         let tolerance = if i == 5 { 0.0 } else { wanted * 2f32.powi(-11) };
         assert!(found.iter().all(|v| (v - wanted).abs() <= tolerance), "{i}: {found:?}, not {wanted}");
     }
-    assert!(Picture::albedo_at(&picture, 0, 0) == [0.05; 3]);
+    assert_eq!(picture.albedo_at(0, 0), [0.05; 3]);
 }

@@ -2,7 +2,7 @@
 //!
 //! `gridlight-viewer [SCENE]` takes the flags of `gridlight render` that decide a picture. [`session`] is what the user
 //! asked for, [`shown`] what came back, [`panels`] are functions over both; the [`worker`] renders on a thread and a device
-//! of its own, the [`painter`] draws on another; the [`window`] only passes things on. [`script`] plays a user, for tests and for pictures of the window.
+//! of its own, the [`painter`] draws on another; the [`window`] only passes things on. [`mod@script`] plays a user, for tests and for pictures of the window.
 
 mod canvas;
 mod painter;

@@ -22,9 +22,9 @@
 //!
 //! Departs from its source: what the colour weight rejects is replaced by the pixel's own light instead of left out of the
 //! sum, so that what one pixel gives another gets and no light is lost (the source loses most of a bright sample); colours
-//! are compared relative to the brighter one, because light here has no upper end;
-//! positions by their distance from the pixel's plane, because distances between points cut walls that lie far off or
-//! aslant; three taps an axis by default, which err less; taps are spaced in rows, so that footprints are square on the display ([`FrameInfo::columns_per_row`]).
+//! are compared relative to the brighter one, because light here has no upper end; positions by their distance from the
+//! pixel's plane, because distances between points cut walls that lie far off or aslant; three taps an axis by default, which
+//! err less; taps are spaced in rows, so that footprints are square on the display ([`FrameInfo::columns_per_row`]).
 
 pub mod reference;
 mod settings;

@@ -1,5 +1,5 @@
 // One level of the wavelet, guided by the variance, both lobes at once. Formula, units: mod.rs beside this file.
-// 25 taps a pixel.
+// 25 taps a pixel at most.
 
 @group(2) @binding(1) var in_diffuse: texture_2d<f32>;
 @group(2) @binding(2) var in_specular: texture_2d<f32>;
@@ -8,7 +8,6 @@
 @group(3) @binding(1) var out_specular: texture_storage_2d<rgba16float, write>;
 @group(3) @binding(2) var out_variance: texture_storage_2d<rg32uint, write>;
 
-const LEVEL_KERNEL = array<f32, 3>(0.375, 0.25, 0.0625);
 // Below these, a difference of luminance is rounding: a few steps of a half float, relative and next to 0.
 const LEVEL_RELATIVE = 0.00390625;
 const LEVEL_ABSOLUTE = 2.4e-7;
@@ -75,7 +74,7 @@ fn level(@builtin(global_invocation_id) id: vec3u) {
     let own_diffuse = level_centre(textureLoad(in_diffuse, p, 0), variance_before.x);
     let own_specular = level_centre(textureLoad(in_specular, p, 0), variance_before.y);
 
-    let reach = select(-1, 2, takes_diffuse || takes_specular);
+    let reach = select(-1, params.reach, takes_diffuse || takes_specular);
     var diffuse = LevelSum(light_nothing(), 0.0, 0.0);
     var specular = diffuse;
     for (var j = -reach; j <= reach; j++) {
@@ -92,7 +91,7 @@ fn level(@builtin(global_invocation_id) id: vec3u) {
             let tap = textureLoad(in_edge, q, 0);
             let is_centre = all(q == p);
             let fall = svgf_geometry_fall(centre, tap, q, size);
-            let weight = LEVEL_KERNEL[abs(i)] * LEVEL_KERNEL[abs(j)] * exp(-fall);
+            let weight = params.kernel[abs(i)] * params.kernel[abs(j)] * exp(-fall);
             if (gives_diffuse) {
                 let light = textureLoad(in_diffuse, q, 0);
                 diffuse = level_add(diffuse, own_diffuse, light, tap_variance.x, weight, is_centre);

@@ -67,8 +67,14 @@ gpu_struct! {
         pub roughness_fraction: f32,
         /// Trace rows per pixel along a row.
         pub rows_per_column: f32,
+        /// 1 or 2.
+        pub reach: i32,
         /// To 48 bytes.
-        pub _pad: [u32; 2],
+        pub _pad: u32,
+        /// Of the centre, the first and the second tap.
+        pub kernel: [f32; 3],
+        /// To 64 bytes.
+        pub _end: u32,
     }
 }
 

@@ -10,7 +10,6 @@ use glam::{IVec2, Vec2};
 
 const VARIANCE_FRAMES: u32 = 4;
 const VARIANCE_REACH: i32 = 3;
-const KERNEL: [f32; 3] = [0.375, 0.25, 0.0625];
 const RELATIVE: f32 = 0.00390625;
 const ABSOLUTE: f32 = 2.4e-7;
 
@@ -95,7 +94,8 @@ pub fn level(
     light: &Image<[f32; 4]>,
     variance: &Image<f32>,
 ) -> (Image<[f32; 4]>, Image<f32>) {
-    let reach = [params.first_tap, params.second_tap].map(IVec2::from);
+    let taps = [params.first_tap, params.second_tap].map(IVec2::from);
+    let reach = -params.reach..=params.reach;
     let size = size_of(edge);
     let filtered = Image::from_fn(edge.size(), |x, y| {
         let p = IVec2::new(x as i32, y as i32);
@@ -104,9 +104,9 @@ pub fn level(
             return (before, -1.0);
         }
         let (mut sum, mut variances, mut own) = (LightSum::default(), 0.0, 0.0);
-        for (j, i) in (-2i32..=2).flat_map(|j| (-2i32..=2).map(move |i| (j, i))) {
-            let along_x = i.signum() * reach[usize::from(i.abs() == 2)].x;
-            let along_y = j.signum() * reach[usize::from(j.abs() == 2)].y;
+        for (j, i) in reach.clone().flat_map(|j| reach.clone().map(move |i| (j, i))) {
+            let along_x = i.signum() * taps[usize::from(i.abs() == 2)].x;
+            let along_y = j.signum() * taps[usize::from(j.abs() == 2)].y;
             let offset = IVec2::new(along_x, along_y);
             let q = mirrored(p + offset, size);
             let tap_variance = at(variance, q);
@@ -118,8 +118,8 @@ pub fn level(
             let deviation = params.sigma_luminance * (0.5 * (variance_before.max(0.0) + tap_variance)).sqrt();
             let fall = (there - here).abs() / (deviation + RELATIVE * here.max(there) + ABSOLUTE);
             let alike = if variance_before >= 0.0 { (-fall.min(80.0)).exp() } else { 1.0 };
-            let weight = KERNEL[i.unsigned_abs() as usize]
-                * KERNEL[j.unsigned_abs() as usize]
+            let weight = params.kernel[i.unsigned_abs() as usize]
+                * params.kernel[j.unsigned_abs() as usize]
                 * geometry_weight(params, frame, edge, [p, q], offset, lobe);
             let mixed = |channel: usize| before[channel] * (1.0 - alike) + tap[channel] * alike;
             sum.add([mixed(0), mixed(1), mixed(2), tap[3]], weight);

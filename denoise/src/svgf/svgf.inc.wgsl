@@ -16,6 +16,10 @@ struct SvgfParams {
     roughness_fraction: f32,
     // Trace rows per pixel along a row.
     rows_per_column: f32,
+    // Of a level's outermost tap: 1 or 2.
+    reach: i32,
+    // Of the centre, the first and the second tap along an axis.
+    kernel: vec3f,
 }
 
 @group(0) @binding(1) var<uniform> params: SvgfParams;

@@ -50,9 +50,9 @@ pub struct Value {
     pub diffuse: DVec3,
     /// `f_s`, 1/sr, without the cosine and without deltas.
     pub specular: DVec3,
-    /// Density of [`sample_diffuse`], 1/sr.
+    /// Density of [`Brdf::sample_diffuse`], 1/sr.
     pub pdf_diffuse: f64,
-    /// Density of [`sample_specular`], 1/sr.
+    /// Density of [`Brdf::sample_specular`], 1/sr.
     pub pdf_specular: f64,
 }
 

@@ -146,10 +146,11 @@ fn mirrored_turned_and_sheared_coordinates_shade_alike() {
     let hill = |u: f32, v: f32| wave(u) + wave(v);
     let plain = Subject::new(quad(|uv| uv), picture([64, 64], hill), 0.1);
     let plain = displaced(&gpu, &plain, 0.05);
-    let others: [(&str, Box<dyn Fn(Vec2) -> Vec2>); 3] = [
-        ("mirrored", Box::new(|uv| Vec2::new(1.0 - uv.x, uv.y))),
-        ("turned", Box::new(|uv| Vec2::new(uv.y, -uv.x))),
-        ("twice mirrored", Box::new(|uv| -uv)),
+    type Placed = fn(Vec2) -> Vec2;
+    let others: [(&str, Placed); 3] = [
+        ("mirrored", |uv| Vec2::new(1.0 - uv.x, uv.y)),
+        ("turned", |uv| Vec2::new(uv.y, -uv.x)),
+        ("twice mirrored", |uv| -uv),
     ];
     for (name, uv) in others {
         let made = displaced(&gpu, &Subject::new(quad(uv), picture([64, 64], hill), 0.1), 0.05);

@@ -151,10 +151,21 @@ impl Workshop<'_> {
         self.kernel("path_store", &[cache::WGSL, cache::STORE_WGSL], &bindings)
     }
 
-    /// Bindings: frame, params, pixels, the sums.
-    pub(super) fn variance(&self, entry: &'static str, of_weights: bool) -> Result<Kernel, GpuError> {
-        let mut bindings = OF_FRAME.to_vec();
-        bindings.extend([PIXELS, variance::SUMS]);
+    /// Bindings: frame, params and pixels where it is `of_pixels`, the sums where it is `of_sums`.
+    pub(super) fn variance(
+        &self,
+        entry: &'static str,
+        [of_pixels, of_sums]: [bool; 2],
+        of_weights: bool,
+    ) -> Result<Kernel, GpuError> {
+        let mut bindings = Vec::new();
+        if of_pixels {
+            bindings.extend(OF_FRAME);
+            bindings.push(PIXELS);
+        }
+        if of_sums {
+            bindings.push(variance::SUMS);
+        }
         let sources = [
             info::WGSL,
             noise::WGSL,

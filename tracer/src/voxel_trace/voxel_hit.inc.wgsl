@@ -70,7 +70,9 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
         let side = select(-1.0, 1.0, hit.front);
         hit.face = side * met.normal;
         hit.entry = hit.face;
-        hit.at_face = met.axis < 3u && (grid.contours == 0u || met.is_cube);
+        // No `||`, and no `if` below: they would be branches that a uniform alone decides.
+        let is_plane = grid.contours != 0u;
+        hit.at_face = met.axis < 3u && (met.is_cube | !is_plane);
         if (hit.at_face) {
             hit.entry = vec3f(0.0);
             hit.entry[met.axis] = select(1.0, -1.0, direction[met.axis] > 0.0);
@@ -89,12 +91,9 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
         let center = vec3f(met.cell) + 0.5;
         let point = (origin + met.distance * direction - grid.origin) / grid.voxel_size;
         let offset = select(0.0, hit.surface.contour, !met.is_cube);
-        var own_point = met.beside;
-        var beyond_point = center + offset * met.normal - hit.face;
-        if (grid.contours != 0u) {
-            own_point = point + 0.1 * hit.face - min(0.5, met.distance / grid.voxel_size) * direction;
-            beyond_point = point - 0.5 * hit.face;
-        }
+        let before = point + 0.1 * hit.face - min(0.5, met.distance / grid.voxel_size) * direction;
+        let own_point = select(met.beside, before, is_plane);
+        let beyond_point = select(center + offset * met.normal - hit.face, point - 0.5 * hit.face, is_plane);
         let sharp = vec2u(0u, select(0u, HIT_POINT_SHARP, hit.surface.transmission > 0.0));
         hit.own = hit_point_pack(own_point) | sharp;
         hit.beyond = hit_point_pack(beyond_point) | sharp;

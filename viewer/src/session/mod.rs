@@ -1,7 +1,7 @@
 //! What the user asked for: plain state that panels edit and the worker is told, no window in it.
 //!
 //! A and B are two sets of settings over one world. They may differ in tracer, denoiser, upsampler, the knobs of these,
-//! samples, bounces and seed; everything else is A's ([`share`]), so that a split screen builds nothing twice.
+//! samples, bounces and seed; everything else is A's ([`mod@share`]), so that a split screen builds nothing twice.
 
 pub mod camera;
 mod history;

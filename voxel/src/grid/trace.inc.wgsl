@@ -151,7 +151,9 @@ fn grid_trace(origin: vec3f, direction: vec3f, t_max: f32, beside: vec3f, behind
     var side = (beside - grid.origin) / grid.voxel_size;
     // Until here `side` stays what it is, and surfaces that the ray leaves are not met.
     var near = walk.t + grid_near();
-    let most = GRID_STEPS_PER_CELL * u32(max(grid.cells.x, max(grid.cells.y, grid.cells.z)));
+    // One more for a ray that moves along no axis: there is none, but a bound that uniforms alone decide makes drivers
+    // build the kernel anew at each dispatch.
+    let most = GRID_STEPS_PER_CELL * u32(max(grid.cells.x, max(grid.cells.y, grid.cells.z))) + u32(all(still));
     var inside = true;
     for (; inside && !hit.hit && hit.iterations < most; ) {
         // To an occupied cell. What it holds is looked up outside this loop: drivers that run SIMD under masks pay for it

@@ -129,7 +129,8 @@ fn the_gpu_does_what_the_twin_does() {
     let same = [("history_plane", "1"), ("history_normal", "-1")];
     compare(&[&wide[..], &same[..]].concat(), 20, &gpu);
     compare(
-        &[&wide[..], &same[..], &[("alpha_color", "0"), ("sigma_l", "1"), ("levels", "2")]].concat(),
+        &[&wide[..], &same[..], &[("alpha_color", "0"), ("sigma_l", "1"), ("levels", "2"), ("taps", "3x3")]]
+            .concat(),
         21,
         &gpu,
     );

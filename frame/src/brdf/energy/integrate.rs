@@ -81,5 +81,6 @@ fn integrate() {
         table.values[first + MEAN * i + 1] = f16::from_f64(grazing);
     }
     let bytes: Vec<u8> = table.values.iter().flat_map(|v| v.to_le_bytes()).collect();
-    std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/src/brdf/energy/table.bin"), bytes).unwrap();
+    std::fs::write(concat!(env!("CARGO_MANIFEST_DIR"), "/src/brdf/energy/table.bin"), bytes)
+        .expect("the folder of the sources is there");
 }

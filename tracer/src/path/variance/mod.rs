@@ -61,18 +61,19 @@ pub(super) struct Variance {
 
 impl Variance {
     pub(super) fn new(gpu: &Gpu, workshop: &Workshop<'_>, size: [u32; 2]) -> Result<Self, GpuError> {
-        let kernel = |entry, of_weights: bool| workshop.variance(entry, of_weights);
+        let of_pixels = |entry| workshop.variance(entry, [true, false], false);
         let mean = |of_weights| {
-            Ok::<_, GpuError>([kernel("variance_sum", of_weights)?, kernel("variance_mean", of_weights)?])
+            let sum = workshop.variance("variance_sum", [true, true], of_weights)?;
+            Ok::<_, GpuError>([sum, workshop.variance("variance_mean", [false, true], of_weights)?])
         };
         let groups = u64::from(size[0].div_ceil(8)) * u64::from(size[1].div_ceil(8));
         let usage = wgpu::BufferUsages::STORAGE;
         Ok(Self {
-            note: kernel("variance_note", false)?,
-            square: kernel("variance_square", false)?,
-            spread: kernel("variance_spread", false)?,
+            note: of_pixels("variance_note")?,
+            square: of_pixels("variance_square")?,
+            spread: of_pixels("variance_spread")?,
             means: [mean(false)?, mean(true)?],
-            plan: kernel("variance_plan", true)?,
+            plan: workshop.variance("variance_plan", [true, true], true)?,
             sums: gpu.buffer(Room::Radiance, "Variance::sums", SUM_BYTES * (MEANS + groups), usage)?,
         })
     }
@@ -89,20 +90,21 @@ impl Variance {
     ) {
         let resources =
             [uniform.binding(), params.binding(), pixels.as_entire_binding(), self.sums.as_entire_binding()];
-        let mut run = |kernel: &Kernel, groups| {
-            recorder.compute(&format!("{pass}/variance"), kernel, &resources, groups);
+        let [of_pixels, of_sums] = [&resources[..3], &resources[3..]];
+        let mut run = |kernel: &Kernel, resources: &[wgpu::BindingResource<'_>], groups| {
+            recorder.compute(&format!("{pass}/variance"), kernel, resources, groups);
         };
         if 2 * (of_sample.sample + 1) == of_sample.even {
-            run(&self.note, groups);
+            run(&self.note, of_pixels, groups);
         }
         if of_sample.sample + 1 == of_sample.even {
-            run(&self.square, groups);
-            run(&self.spread, groups);
+            run(&self.square, of_pixels, groups);
+            run(&self.spread, of_pixels, groups);
             for [sum, mean] in &self.means {
-                run(sum, groups);
-                run(mean, [1, 1, 1]);
+                run(sum, &resources, groups);
+                run(mean, of_sums, [1, 1, 1]);
             }
-            run(&self.plan, groups);
+            run(&self.plan, &resources, groups);
         }
     }
 }
