@@ -40,6 +40,10 @@ struct SceneInfo {
     voxel_size_m: Option<f32>,
     voxels: Option<u32>,
     bricks: Option<u32>,
+    /// Of a voxel's record: what the scene needs of 16.
+    record_bytes: Option<u64>,
+    /// What 16 bytes per voxel would take beyond that.
+    saved_bytes: Option<u64>,
     /// What 16 bytes in every cell would take.
     dense_voxel_bytes: Option<u64>,
     memory_bytes: MemoryBytes,
@@ -100,6 +104,8 @@ fn describe(gpu: Gpu, settings: RenderSettings) -> Result<SceneInfo, Error> {
         voxel_size_m: grid.map(|g| g.voxel_size),
         voxels: grid.map(|g| g.voxel_count),
         bricks: grid.map(|g| g.brick_count),
+        record_bytes: grid.map(|g| g.record.bytes()),
+        saved_bytes: grid.map(|g| (16 - g.record.bytes()) * u64::from(g.voxel_count)),
         dense_voxel_bytes: grid.map(|g| 16 * g.cells.map(u64::from).iter().product::<u64>()),
         memory_bytes: MemoryBytes::of(pipeline.gpu()),
         warnings: pipeline.warnings().to_vec(),
@@ -156,6 +162,15 @@ impl SceneInfo {
             let dense = table::megabytes(dense);
             let _ =
                 writeln!(text, "voxels          {voxels} of {size} m in {bricks} bricks (dense: {dense})");
+        }
+        if let (Some(record), Some(saved)) = (self.record_bytes, self.saved_bytes) {
+            let unneeded: Vec<_> = self.needs.iter().filter(|(_, on)| !**on).map(|(name, _)| *name).collect();
+            let _ = writeln!(
+                text,
+                "records         {record} bytes of 16 per voxel, {} saved\nleft out        {}",
+                table::megabytes(saved),
+                unneeded.join(" ")
+            );
         }
         text.push_str("memory\n");
         for (part, bytes) in self.memory_bytes.list() {

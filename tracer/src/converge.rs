@@ -11,6 +11,7 @@ use crate::{PathSettings, Search, World, bvh_trace, voxel_trace};
 use frame::scene_gpu::GpuScene;
 use frame::{Gpu, GpuError, Recorder, Uniform};
 use std::ops::Range;
+use voxel::RecordLayout;
 
 /// Sum of one pixel's samples.
 #[repr(C)]
@@ -43,8 +44,11 @@ impl Converger {
         settings: &PathSettings,
     ) -> Result<Self, GpuError> {
         let of_camera = if search == Search::Grid { Search::Cwbvh } else { search };
-        let structure =
-            if search == Search::Grid { voxel_trace::structure() } else { bvh_trace::structure(search) };
+        let structure = if search == Search::Grid {
+            voxel_trace::structure(RecordLayout::of(&scene.needs))
+        } else {
+            bvh_trace::structure(search)
+        };
         let camera = bvh_trace::structure(of_camera);
         let paths = CameraPaths::new(gpu, scene, &camera, &structure, size, settings)?;
         Ok(Self { search, of_camera, paths, size })

@@ -12,15 +12,18 @@ use std::ops::Range;
 pub enum Cover {
     /// Those its plane passes in the columns whose centres it covers, along these axes: [`crate::raster`].
     Columns(Axes),
+    /// All that it enters: [`crate::raster`].
+    Boxes,
     /// Those whose 6-separating core it meets: [`crate::compute`].
     Thin,
     /// All that it meets: [`crate::compute`].
     Conservative,
 }
 
-/// Both voxelizers; the second is made when it is first asked for.
+/// All voxelizers; each but the first is made when it is first asked for.
 pub(crate) struct Finders {
     raster: Raster,
+    boxes: Option<Raster>,
     compute: Option<Compute>,
 }
 
@@ -29,15 +32,26 @@ pub(crate) struct Found(Option<Lists>);
 
 impl Finders {
     pub(crate) fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, KernelError> {
-        Ok(Self { raster: Raster::new(gpu, scene)?, compute: None })
+        Ok(Self { raster: Raster::new(gpu, scene, false)?, boxes: None, compute: None })
     }
 
     /// Makes what this cover needs.
     pub(crate) fn prepare(&mut self, gpu: &Gpu, scene: &GpuScene, cover: Cover) -> Result<(), KernelError> {
-        if !matches!(cover, Cover::Columns(_)) && self.compute.is_none() {
-            self.compute = Some(Compute::new(gpu, scene)?);
+        match cover {
+            Cover::Boxes if self.boxes.is_none() => self.boxes = Some(Raster::new(gpu, scene, true)?),
+            Cover::Thin | Cover::Conservative if self.compute.is_none() => {
+                self.compute = Some(Compute::new(gpu, scene)?);
+            }
+            _ => {}
         }
         Ok(())
+    }
+
+    fn raster(&self, cover: Cover) -> &Raster {
+        match &self.boxes {
+            Some(boxes) if cover == Cover::Boxes => boxes,
+            _ => &self.raster,
+        }
     }
 
     /// Writes 1 for each brick cell that something is in; `marks` must be clear.
@@ -54,7 +68,7 @@ impl Finders {
             compute.mark(recorder, input, &lists, marks);
             return Ok(Found(Some(lists)));
         }
-        self.raster.mark(recorder, input, marks);
+        self.raster(input.cover).mark(recorder, input, marks);
         Ok(Found(None))
     }
 
@@ -71,7 +85,26 @@ impl Finders {
     ) {
         match (&self.compute, &found.0) {
             (Some(compute), Some(lists)) => compute.vote(recorder, input, lists, structure, slots, keys),
-            _ => self.raster.vote(recorder, input, structure, slots, keys, rounds),
+            _ => self.raster(input.cover).vote(recorder, input, structure, slots, keys, rounds),
+        }
+    }
+
+    /// Sets the bits of cells of a batch that are bent, once there are winners.
+    pub(crate) fn bend(
+        &self,
+        recorder: &mut Recorder<'_>,
+        input: &Input<'_>,
+        found: &Found,
+        structure: &Buffer,
+        slots: Range<u32>,
+        keys: &Buffer,
+        bends: &Buffer,
+    ) {
+        match (&self.compute, &found.0) {
+            (Some(compute), Some(lists)) => {
+                compute.bend(recorder, input, lists, structure, slots, keys, bends);
+            }
+            _ => self.raster(input.cover).bend(recorder, input, structure, slots, keys, bends),
         }
     }
 }

@@ -23,6 +23,12 @@ pub enum VoxelError {
         /// High corner, m.
         max: glam::Vec3,
     },
+    /// A thin voxel does not hold all of its surface's plane.
+    #[error("voxel.contours=on needs conservative voxels, voxel.cover is thin; leave it at auto")]
+    ThinContours,
+    /// The winner of a voxel that triangles are tested against is not the nearest to its centre.
+    #[error("voxel.contours=on needs voxel.voxelizer=raster, it is compute")]
+    ComputedContours,
     /// A voxel's key holds 24 bits of triangle number.
     #[error("the scene has {triangles} triangles, a voxel's key can number {most}; simplify the scene")]
     Triangles {

@@ -4,7 +4,10 @@
 //! passes ([`raster`] or [`compute`]), where they are stored (`structure`), what they look like (`resolve`), how brightly they shine
 //! ([`emitters`]). Where something moves, [`revoxelize`] makes the bricks it touches anew each frame. [`grid`] is the result and the walk through it, for shaders and for the CPU.
 
+mod bend;
 pub mod compute;
+#[cfg(test)]
+mod contour_tests;
 mod cover;
 pub mod emitters;
 mod error;
@@ -13,6 +16,7 @@ pub mod grid;
 #[allow(clippy::unwrap_used)]
 mod hard_cases;
 pub mod raster;
+pub mod record;
 mod resolve;
 pub mod revoxelize;
 mod structure;
@@ -25,6 +29,7 @@ mod voxelizer;
 
 pub use cover::Cover;
 pub use error::VoxelError;
-pub use grid::{GRID_BINDS, GRID_WGSL, Grid, VoxelGrid};
+pub use grid::{GRID_BINDS, GRID_WGSL, Grid, TRACE_WGSL, VoxelGrid};
+pub use record::RecordLayout;
 pub use revoxelize::Rest;
 pub use voxelizer::Voxelizer;

@@ -1,8 +1,8 @@
 //! Scenes for tests: triangles from code, on the device, and a voxelized scene read back.
 
+use crate::grid::Layout;
 use crate::grid::reference::CpuGrid;
-use crate::grid::{BRICK_WORDS, EMPTY, Layout, SLOTS};
-use crate::{Grid, VoxelGrid, Voxelizer};
+use crate::{VoxelGrid, Voxelizer};
 use frame::scene_gpu::{GpuScene, SceneOptions};
 use frame::{FrameLog, Gpu};
 use glam::{IVec3, Vec2, Vec3};
@@ -155,31 +155,14 @@ impl Built {
     pub(crate) fn read(gpu: &Gpu, voxels: VoxelGrid, log: FrameLog) -> Self {
         let layout = Layout { origin: voxels.origin, voxel_size: voxels.voxel_size, cells: voxels.cells };
         let structure = gpu.read_buffer(&voxels.structure).unwrap();
-        let records: Vec<[u32; 4]> = gpu.read_buffer(&voxels.records).unwrap();
-        let grid = CpuGrid { grid: layout.uniform(0), structure, voxel_count: voxels.voxel_count };
+        let records = voxels.record.expand(&gpu.read_buffer(&voxels.records).unwrap());
+        let uniform = crate::Grid { contours: u32::from(voxels.contours), ..layout.uniform(0) };
+        let grid = CpuGrid { grid: uniform, structure, voxel_count: voxels.voxel_count };
         Self { voxels, log, grid, layout, records }
     }
 
-    /// All occupied cells, by walking every brick of the table.
     pub(crate) fn cells(&self) -> Vec<IVec3> {
-        let Grid { table_at, bricks_at, bricks, .. } = self.grid.grid;
-        let table = &self.grid.structure[table_at as usize..bricks_at as usize];
-        let mut cells = Vec::new();
-        for (index, entry) in (0i32..).zip(table).filter(|(_, entry)| **entry < EMPTY) {
-            let brick =
-                IVec3::new(index % bricks[0], index / bricks[0] % bricks[1], index / (bricks[0] * bricks[1]));
-            let at = (bricks_at + BRICK_WORDS * (entry & SLOTS)) as usize;
-            for (bit, word) in
-                (0i32..16).flat_map(|word| (0i32..32).map(move |bit| (32 * (word & 1) + bit, word)))
-            {
-                if (self.grid.structure[at + word as usize] >> (bit & 31)) & 1 == 1 {
-                    let part = word / 2;
-                    let corner = 4 * IVec3::new(part & 1, (part >> 1) & 1, part >> 2);
-                    cells.push(8 * brick + corner + IVec3::new(bit & 3, (bit >> 2) & 3, bit >> 4));
-                }
-            }
-        }
-        cells
+        self.grid.cells()
     }
 
     pub(crate) fn record(&self, cell: IVec3) -> Option<[u32; 4]> {

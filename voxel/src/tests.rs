@@ -49,7 +49,7 @@ fn sponza_takes_the_memory_it_was_designed_to() {
         let at =
             cells[(random.next() * cells.len() as f32) as usize].as_vec3() + 0.5 + 1.5 * random.direction();
         let origin = built.layout.origin + built.layout.voxel_size * at;
-        let (hit, walk) = built.grid.trace(origin, random.direction(), 1e4, 2);
+        let (hit, walk) = built.grid.trace(origin, random.direction(), 1e4);
         assert!(!walk.cut);
         iterations += u64::from(walk.iterations);
         hits += u32::from(hit.is_some());

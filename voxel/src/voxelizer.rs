@@ -1,14 +1,16 @@
 //! The whole way from triangles to a [`VoxelGrid`], once at load.
 //!
 //! mark bricks -> scan -> slots and skip levels -> per batch of bricks: vote until nothing changes -> masks -> scan ->
-//! list -> factors of emitters -> resolve. Sizes are read back where the next buffer depends on them, so everything is
+//! list -> factors of emitters -> bends -> resolve. Sizes are read back where the next buffer depends on them, so everything is
 //! allocated exactly; keys and lists are given back at the end. Where something moves, this is the way of what stands
 //! still, and [`crate::revoxelize`] adds the rest frame by frame.
 
+use crate::bend::{BEND_WORDS, Bend};
 use crate::cover::{Finders, Found};
 use crate::emitters::{Counted, Emitters, Factors};
 use crate::grid::{BRICK_CELLS, Layout};
 use crate::raster::{Axes, Input, MOST_TRIANGLES, Raster, Rounds};
+use crate::record::RecordLayout;
 use crate::resolve::{self, ResolveParams};
 use crate::revoxelize::{Rest, Revoxelizer};
 use crate::structure::{Batch, Structure, Sums, rows};
@@ -34,6 +36,7 @@ pub struct Voxelizer {
     voxelizer: u32,
     cover: u32,
     axes: u32,
+    contours: u32,
     rebuild: u32,
     /// Bricks whose keys are held at a time.
     pub(crate) slots_per_batch: u32,
@@ -42,6 +45,7 @@ pub struct Voxelizer {
 /// What all batches share.
 struct Build<'a> {
     input: Input<'a>,
+    record: RecordLayout,
     factors: Option<Factors>,
     structure: Buffer,
     bricks: Buffer,
@@ -58,6 +62,8 @@ struct Built {
     layout: Layout,
     /// Per record the key of its winner; empty unless they are kept.
     kept: Buffer,
+    /// Its bends; empty unless they are kept.
+    bends: Buffer,
     counted: Vec<Counted>,
     factors: Option<Factors>,
     log: FrameLog,
@@ -66,8 +72,10 @@ struct Built {
 /// A batch's part of what is joined at the end.
 struct Part {
     records: Buffer,
-    kept: Option<Buffer>,
     count: u32,
+    /// Keys of winners and bends.
+    kept: Option<[Buffer; 2]>,
+    slot_count: u32,
 }
 
 impl Voxelizer {
@@ -79,13 +87,14 @@ impl Voxelizer {
         Ok(Self {
             finders: Finders::new(gpu, scene)?,
             structure: Structure::new(gpu)?,
-            emitters: Emitters::new(gpu)?,
+            emitters: Emitters::new(gpu, RecordLayout::of(&scene.needs))?,
             resolve: resolve::kernel(gpu, scene)?,
             revoxelizer: None,
             elevation: 0,
             voxelizer: 0,
             cover: 0,
             axes: 0,
+            contours: 0,
             rebuild: 0,
             slots_per_batch: MOST_SLOTS,
         })
@@ -112,9 +121,16 @@ impl Voxelizer {
             Knob::choice(
                 "cover",
                 &mut self.cover,
-                &["thin", "conservative"],
-                "Which cells those are, for `compute`. `thin`: enough to stop a ray. `conservative`: all that a triangle \
-                 touches, 1.8 times as many.",
+                &["auto", "thin", "conservative"],
+                "Which cells those are. `thin`: enough to stop a ray. `conservative`: all that a triangle passes, 1.8 \
+                 times as many. `auto`: conservative with contours, thin without.",
+            ),
+            Knob::choice(
+                "contours",
+                &mut self.contours,
+                &["off", "on"],
+                "What a ray meets of a voxel. `off`: its cube. `on`: the plane of its surface (Laine and Karras 2010), \
+                 which needs conservative voxels of the rasterizer; normal maps are left out.",
             ),
             Knob::choice(
                 "axes",
@@ -139,12 +155,21 @@ impl Voxelizer {
     }
 
     pub(crate) fn cover(&self) -> Cover {
-        match (self.voxelizer, self.cover, self.axes) {
-            (0, _, 0) => Cover::Columns(Axes::All),
-            (0, _, _) => Cover::Columns(Axes::Dominant),
-            (_, 0, _) => Cover::Thin,
-            _ => Cover::Conservative,
+        match (self.voxelizer, self.is_conservative(), self.axes) {
+            (0, false, 0) => Cover::Columns(Axes::All),
+            (0, false, _) => Cover::Columns(Axes::Dominant),
+            (0, true, _) => Cover::Boxes,
+            (_, false, _) => Cover::Thin,
+            (_, true, _) => Cover::Conservative,
         }
+    }
+
+    fn is_conservative(&self) -> bool {
+        self.cover == 2 || (self.cover == 0 && self.contours == 1)
+    }
+
+    pub(crate) fn bend(&self) -> Bend {
+        Bend::of(self.contours == 1)
     }
 
     /// Hands settings that need no new voxels to a grid.
@@ -152,8 +177,13 @@ impl Voxelizer {
         gpu.queue.write_buffer(
             &grid.uniform,
             std::mem::offset_of!(Grid, elevation) as u64,
-            bytemuck::bytes_of(&self.elevation),
+            bytemuck::bytes_of(&self.elevation()),
         );
+    }
+
+    /// As shaders have it.
+    fn elevation(&self) -> u32 {
+        if self.elevation == 0 && self.is_conservative() { 2 } else { self.elevation }
     }
 
     /// Voxelizes a mesh within bounds, `grid` cells on the longest axis. The log's counts are `voxels`, `bricks`,
@@ -189,8 +219,8 @@ impl Voxelizer {
             self.revoxelizer = Some(Revoxelizer::new(gpu, scene)?);
         }
         let built = self.build(gpu, scene, mesh, bounds, grid, 0..mesh.static_triangle_count, true)?;
-        let Built { grid, layout, kept, counted, factors, log } = built;
-        let rest = Rest::new(gpu, scene, &layout, mesh, &grid, kept, counted, factors)?;
+        let Built { grid, layout, kept, bends, counted, factors, log } = built;
+        let rest = Rest::new(gpu, scene, &layout, mesh, &grid, [kept, bends], counted, factors)?;
         Ok((grid, rest, log))
     }
 
@@ -217,7 +247,19 @@ impl Voxelizer {
             unit: "bytes",
             advice: "lower --grid",
         })?;
-        let shared = layout.uniform(self.elevation);
+        let contours = self.contours == 1;
+        match self.cover() {
+            Cover::Boxes => {}
+            _ if !contours => {}
+            Cover::Conservative => return Err(VoxelError::ComputedContours),
+            Cover::Columns(_) | Cover::Thin => return Err(VoxelError::ThinContours),
+        }
+        let record = RecordLayout::of(&scene.needs);
+        let shared = Grid {
+            contours: self.contours,
+            record_words: record.words(),
+            ..layout.uniform(self.elevation())
+        };
         let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
         let uniform = gpu.buffer(Room::Voxels, "VoxelGrid::uniform", size_of::<Grid>() as u64, usage)?;
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&shared));
@@ -233,6 +275,7 @@ impl Voxelizer {
             uniform: &uniform,
             target: &target,
             cover,
+            bend: self.bend(),
         };
 
         let mut recorder = Recorder::new(gpu);
@@ -246,7 +289,11 @@ impl Voxelizer {
         self.structure.levels(&mut recorder, &shared, &uniform, &marks, &sums, &structure, &bricks);
 
         let slots = brick_count.min(self.slots_per_batch);
-        let counted = Emitters::count(gpu, scene, mesh, of_mesh, &layout, cover)?;
+        // A plane shines as its triangle does.
+        let counted = match contours {
+            true => Vec::new(),
+            false => Emitters::count(gpu, scene, mesh, of_mesh, &layout, cover)?,
+        };
         let build = Build {
             factors: Emitters::factors(gpu, &counted)?,
             structure,
@@ -256,6 +303,7 @@ impl Voxelizer {
             keeps,
             found,
             input,
+            record,
         };
         build.rounds.count(&mut recorder);
         let mut parts = Vec::new();
@@ -274,25 +322,35 @@ impl Voxelizer {
             log.counts.insert(name.into(), count.into());
         }
         let (structure, factors) = (build.structure, build.factors);
-        let (records, kept): (Vec<_>, Vec<_>) =
-            parts.into_iter().map(|p| ((p.records, p.count), p.kept.map(|kept| (kept, p.count)))).unzip();
-        let kept = kept.into_iter().flatten().collect();
+        let (mut records, mut kept, mut bends) = (Vec::new(), Vec::new(), Vec::new());
+        for part in parts {
+            records.push((part.records, part.count));
+            if let Some([keys, bent]) = part.kept {
+                kept.push((keys, part.count));
+                bends.push((bent, part.slot_count));
+            }
+        }
         let mut grid = VoxelGrid {
             cells: layout.cells,
             voxel_size: layout.voxel_size,
             origin: layout.origin,
             structure,
-            records: joined(gpu, "VoxelGrid::records", records, 16)?,
+            records: joined(gpu, "VoxelGrid::records", records, record.bytes())?,
+            record,
             uniform,
+            contours,
             voxel_count,
             brick_count,
             glowing: Vec::new(),
         };
-        if let Some(factors) = &factors {
+        if contours && !scene.emitters.is_empty() {
+            grid.glowing = Emitters::glowing_planes(gpu, &layout, &grid)?;
+        } else if let Some(factors) = &factors {
             grid.glowing = self.emitters.glowing(gpu, factors, &grid)?;
         }
         let kept = joined(gpu, "Rest::keys", kept, 4)?;
-        Ok(Built { grid, layout, kept, counted, factors, log })
+        let bends = joined(gpu, "Rest::bends", bends, 4 * u64::from(BEND_WORDS))?;
+        Ok(Built { grid, layout, kept, bends, counted, factors, log })
     }
 
     /// Records of a run of slots, and how many.
@@ -325,28 +383,34 @@ impl Voxelizer {
         self.structure.scan(recorder, stage, &counts, slots.len() as u32, &sums);
         let count = sums.total(recorder)?;
         let list = words(gpu, "Voxelizer::list", 2 * u64::from(count.max(1)))?;
-        let records = words(gpu, "VoxelGrid::records", 4 * u64::from(count.max(1)))?;
+        let record_words = u64::from(build.record.words());
+        let records = words(gpu, "VoxelGrid::records", record_words * u64::from(count.max(1)))?;
         self.structure.list(recorder, &batch, first_record, &sums, &list);
         if let Some(factors) = &build.factors {
             let range = first_record..first_record + count;
             self.emitters.record(recorder, factors, &batch, range, &list);
         }
+        let slot_count = slots.len() as u32;
+        let bends = words(gpu, "Voxelizer::bends", u64::from(BEND_WORDS) * u64::from(slot_count))?;
+        let found = &build.found;
+        self.finders.bend(recorder, &build.input, found, structure, slots.clone(), &build.keys, &bends);
         let (workgroups, row) = rows(count);
         let params =
             recorder.uniform(&ResolveParams { first_slot: slots.start, voxel_count: count, row, _pad: 0 });
         let mut resources = vec![params.binding()];
         resources.extend(build.input.mesh.resources());
         resources.extend(build.input.scene.material_resources());
-        resources
-            .extend([uniform, &build.keys, &build.bricks, &list, &records].map(|b| b.as_entire_binding()));
+        resources.extend(
+            [uniform, &build.keys, &build.bricks, &list, &bends, &records].map(|b| b.as_entire_binding()),
+        );
         recorder.compute("voxel/resolve", &self.resolve, &resources, workgroups);
-        let mut part = Part { records, kept: None, count };
+        let mut part = Part { records, count, kept: None, slot_count };
         if build.keeps
             && let Some(revoxelizer) = &self.revoxelizer
         {
             let kept = words(gpu, "Rest::keys", u64::from(count.max(1)))?;
             revoxelizer.keep(recorder, count, &build.keys, &list, &kept);
-            part.kept = Some(kept);
+            part.kept = Some([kept, bends]);
         }
         Ok(part)
     }

@@ -32,8 +32,9 @@ mod reference;
 mod tests;
 
 pub use reference::{
-    CREASE, Surface, face_normal_pack, face_normal_unpack, hash, linear_from_srgb, normal_pack,
-    normal_unpack, rgb9e5_pack, rgb9e5_unpack, srgb_from_linear, tangent_pack, tangent_unpack,
+    CONTOUR_STEP, CREASE, CREASE_CODE, Surface, basis as surface_basis, face_normal_pack, face_normal_unpack,
+    hash, linear_from_srgb, normal_pack, normal_unpack, rgb9e5_pack, rgb9e5_unpack, srgb_from_linear,
+    tangent_pack, tangent_unpack,
 };
 
 /// The shader's half: `struct Surface` and every function named `surface_*`.

@@ -12,10 +12,12 @@ pub(super) const NORMAL_STEPS: i32 = 2047;
 pub(super) const FACE_NORMAL_STEPS: i32 = 32767;
 const TANGENT_STEPS: f32 = 128.0;
 /// sqrt(3) / 2, the farthest a plane through a cell lies from its centre, over 127 codes.
-const CONTOUR_STEP: f32 = 0.006_819_176;
+pub const CONTOUR_STEP: f32 = 0.006_819_176;
+/// Code of the contour of a cell whose surface bends: just outside the range of offsets.
+pub const CREASE_CODE: i32 = -128;
 
-/// The contour of a cell whose surface bends: code -128, just outside the range of offsets.
-pub const CREASE: f32 = -128.0 * CONTOUR_STEP;
+/// The same as an offset.
+pub const CREASE: f32 = CREASE_CODE as f32 * CONTOUR_STEP;
 
 /// What a ray needs to know about the place it hit. The default is a white, rough Lambert surface facing +Z.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -153,7 +155,7 @@ pub fn face_normal_unpack(code: u32) -> Vec3 {
 }
 
 /// The tangents at angle 0 and at a quarter turn about a coded normal.
-pub(super) fn basis(normal_code: u32) -> [Vec3; 2] {
+pub fn basis(normal_code: u32) -> [Vec3; 2] {
     let integers = normal_integers(normal_code);
     let n = integers.as_vec3().normalize();
     let s = if integers.z >= 0 { 1.0 } else { -1.0 };

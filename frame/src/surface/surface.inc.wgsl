@@ -27,6 +27,7 @@ const SURFACE_NORMAL_STEPS = 2047;       // 12 + 12 bits
 const SURFACE_FACE_NORMAL_STEPS = 32767; // 16 + 16 bits
 const SURFACE_TANGENT_STEPS = 128.0;     // codes in one turn
 const SURFACE_CONTOUR_STEP = 0.0068191762; // sqrt(3) / 2 over 127 codes
+const SURFACE_CREASE_CODE = -128; // the contour of a cell whose surface bends
 const SURFACE_TURN = 6.28318530717958647692;
 
 // PCG (Jarzynski and Olano 2020, "Hash Functions for GPU Rendering").

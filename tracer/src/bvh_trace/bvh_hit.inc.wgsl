@@ -25,8 +25,6 @@ struct Hit {
     position: vec3f,
     // x names the triangle, for a ray that leaves it.
     own: vec2u,
-    // Never: a triangle that is left is not met.
-    again: bool,
 }
 
 // Off a triangle by this share of the largest coordinate around: rounding of a position is 2^-23 of it, that of one
@@ -101,8 +99,18 @@ fn hit_blocked(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> u3
 }
 
 // Where a path starts at a surface whose point came from a distance.
-fn hit_start(point: vec3f, face: vec3f, side: vec3f) -> vec3f {
+fn hit_start(point: vec3f, face: vec3f, side: vec3f, wo: vec3f) -> vec3f {
     return point + hit_off(point) * side;
+}
+
+// What it leaves: no triangle whose number is known.
+fn hit_starts_from(point: vec3f, side: vec3f, wo: vec3f) -> vec2u {
+    return PATH_NO_OWN;
+}
+
+// What a path leaves that goes on from a hit.
+fn hit_leaves(hit: Hit, direction: vec3f) -> vec2u {
+    return hit.own;
 }
 
 // Where it starts after scattering at a triangle.

@@ -60,7 +60,7 @@ const ANY_ALIVE: u64 = 10;
 pub(crate) struct Structure {
     /// Path of its passes: `trace/voxel`.
     pub(crate) pass: &'static str,
-    /// WGSL that defines `Hit`, `hit_trace`, `hit_blocked`, `hit_start`, `hit_leave`, `hit_pass`.
+    /// WGSL that defines `Hit`, `hit_trace`, `hit_blocked`, `hit_start`, `hit_starts_from`, `hit_leave`, `hit_leaves`, `hit_pass`.
     pub(crate) sources: Vec<&'static str>,
     /// What those use, group 1.
     pub(crate) binds: Vec<Bind>,
@@ -112,7 +112,7 @@ type Built = (SceneNeeds, PathBuild, bool);
 
 /// The kernels and buffers of paths through one kind of structure.
 pub(crate) struct Paths {
-    structure: Structure,
+    pub(crate) structure: Structure,
     kernels: Option<(Built, Kernels)>,
     /// Most segments of a dispatch; tests lower it.
     pub(crate) most_segments: u32,

@@ -1,8 +1,8 @@
 // A path between two segments, where its light goes, and what happens at a surface. Needs frame, surface, brdf, noise,
 // lights, sky, a snippet with `Pixel`, and what the traced structure defines: `hit_trace(origin, direction, distance,
-// own)`, `hit_blocked` with the same arguments, `hit_start`, `hit_leave`, `hit_pass`, and `Hit` with `found`, `distance`,
-// `surface`, `front` (met from its front side), `face` (towards the ray), `own` (names the surface for a ray that leaves
-// it) and `again` (it is the one that the ray leaves: passed without an effect).
+// own)`, `hit_blocked` with the same arguments, `hit_start`, `hit_starts_from`, `hit_leave`, `hit_leaves`, `hit_pass`, and `Hit` with `found`, `distance`,
+// `surface`, `front` (met from its front side), `face` (towards the ray) and `own` (what a ray leaves
+// that stays on this side).
 
 struct Path {
     // Where the next segment starts, world, m.
@@ -23,6 +23,11 @@ struct Path {
     // The side of a voxel that the path ended at and may renew, from 1; 0 = none. And the face it came in through.
     feed: u32,
     feed_entry: u32,
+}
+
+fn path_leaves(path: ptr<function, Path>, own: vec2u) {
+    (*path).own_x = own.x;
+    (*path).own_y = own.y;
 }
 
 // What the scene has; what it has not costs no instruction.
@@ -186,10 +191,7 @@ fn path_visibility(from_point: vec3f, wi: vec3f, distance: f32, leaves: vec2u) -
         let s = path_surface(hit.surface);
         origin = hit_pass(origin + hit.distance * wi, hit, wi);
         left -= hit.distance;
-        if (hit.again) {
-            continue;
-        }
-        own = hit.own;
+        own = hit_leaves(hit, wi);
         var through = vec3f(1.0 - s.coverage);
         if (s.thin && s.transmission > 0.0) {
             let facet = brdf_facet(s, min(abs(dot(s.normal, wi)), 1.0), false);

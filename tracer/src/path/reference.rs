@@ -9,7 +9,7 @@ use frame::brdf::{self, Brdf, BrdfTable};
 use frame::info::Frame;
 use frame::scene_gpu::Light;
 use frame::surface::{Surface, face_normal_unpack};
-use glam::{DVec2, DVec3, DVec4, UVec2, Vec2, Vec3};
+use glam::{DVec2, DVec3, DVec4, IVec3, UVec2, Vec2, Vec3};
 use scene::Sky;
 
 const LEAST_COSINE: f64 = 1e-6;
@@ -29,19 +29,28 @@ pub(crate) struct Hit {
     pub(crate) face: Vec3,
     /// Of the face that the ray entered through, towards the ray.
     pub(crate) entry: Vec3,
-    /// The surface, as the structure names it.
+    /// The cell whose face was met, and not a plane within.
+    pub(crate) face_of: Option<IVec3>,
+    /// What a ray leaves that stays on this side, as the structure names it, and one that crosses the surface.
     pub(crate) own: [u32; 2],
-    /// It is the surface that the ray leaves or has just passed.
-    pub(crate) again: bool,
+    pub(crate) beyond: [u32; 2],
+}
+
+impl Hit {
+    /// What a ray leaves that goes on from here.
+    pub(crate) fn leaves(&self, direction: Vec3) -> [u32; 2] {
+        if self.face.dot(direction) > 0.0 { self.own } else { self.beyond }
+    }
 }
 
 /// A ray that leaves no surface the structure knows.
 pub(crate) const NO_OWN: [u32; 2] = [u32::MAX; 2];
 
-/// What a search structure brings: `hit_trace`, `hit_start`, `hit_leave`, `hit_pass`.
+/// What a search structure brings: `hit_trace`, `hit_start`, `hit_starts_from`, `hit_leave`, `hit_pass`.
 pub(crate) trait Structure {
     fn trace(&self, ray: &Ray, tally: &mut Tally) -> Option<Hit>;
-    fn start(&self, point: Vec3, face: Vec3, side: Vec3) -> Vec3;
+    fn start(&self, point: Vec3, face: Vec3, side: Vec3, wo: Vec3) -> Vec3;
+    fn starts_from(&self, point: Vec3, side: Vec3, wo: Vec3) -> [u32; 2];
     fn leave(&self, point: Vec3, hit: &Hit, direction: Vec3) -> Vec3;
     fn pass(&self, point: Vec3, hit: &Hit) -> Vec3;
 }
@@ -264,9 +273,9 @@ impl<S: Structure> World<'_, S> {
         if let Some(lights) = self.lights.get(first_light..).filter(|l| !l.is_empty() && !goes_through) {
             let [x, y, ..] = noise::at(pixel.into(), serial, 1, seed);
             let sample = light_sample(lights, self.frame.diagonal, point, [x, y]);
-            let origin = self.structure.start(point, face, face);
-            let [diffuse, specular] =
-                self.light(&surface, wo, face, &sample, (origin, NO_OWN), inside, tally);
+            let origin = self.structure.start(point, face, face, wo);
+            let own = self.structure.starts_from(point, face, wo);
+            let [diffuse, specular] = self.light(&surface, wo, face, &sample, (origin, own), inside, tally);
             if q > 0.0 {
                 sums[0] += diffuse.extend(0.0);
             }
@@ -284,8 +293,9 @@ impl<S: Structure> World<'_, S> {
         if branches {
             scatter.weight *= scatter.branch;
         }
-        path.origin = self.structure.start(point, face, if scatter.transmitted { -face } else { face });
-        path.own = NO_OWN;
+        let side = if scatter.transmitted { -face } else { face };
+        path.origin = self.structure.start(point, face, side, wo);
+        path.own = self.structure.starts_from(point, side, wo);
         path.direction = scatter.wi;
         path.throughput = scatter.weight / if specular { (1.0 - q) * m.specular } else { DVec3::splat(q) };
         let passes = scatter.transmitted && is_straight(&surface);
@@ -326,17 +336,13 @@ impl<S: Structure> World<'_, S> {
             let front = hit.front;
             let solid = surface.transmission > 0.0 && !surface.thin;
             let inside = solid && !front;
-            if path.is_inside && (inside || !solid || hit.again) {
+            if path.is_inside && (inside || !solid) {
                 path.throughput *= (-path.absorption * f64::from(hit.distance)).exp();
             }
-            if hit.again {
-                path.origin = self.structure.pass(point, &hit);
-                continue;
-            }
-            path.own = hit.own;
             let u = noise::at(pixel.into(), serial, block, seed);
             if u[3] >= surface.coverage {
                 path.origin = self.structure.pass(point, &hit);
+                path.own = hit.leaves(path.direction);
                 continue;
             }
             if front {
@@ -371,6 +377,7 @@ impl<S: Structure> World<'_, S> {
                 if specular { DVec3::splat(1.0 / (1.0 - q).max(1e-6)) } else { m.diffuse / q.max(1e-6) };
             path.throughput *= scatter.weight * chosen;
             path.direction = scatter.wi;
+            path.own = hit.leaves(scatter.wi);
             if solid {
                 path.is_inside = inside != scatter.transmitted;
                 path.absorption = surface.absorption.as_dvec3();
@@ -434,10 +441,7 @@ impl<S: Structure> World<'_, S> {
             let s = &hit.surface;
             ray.origin = self.structure.pass(ray.origin + hit.distance * wi, &hit);
             ray.distance -= hit.distance;
-            if hit.again {
-                continue;
-            }
-            ray.own = hit.own;
+            ray.own = hit.leaves(wi);
             let coverage = f64::from(s.coverage);
             let mut through = DVec3::splat(1.0 - coverage);
             if s.thin && s.transmission > 0.0 {

@@ -29,18 +29,13 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         let solid = surface.transmission > 0.0 && !surface.thin;
         // Which side of glass this is, its normal says: thin glass can be crossed without its far side being met.
         let inside = solid && !front;
-        if (((*path).state & PATH_INSIDE) != 0u && (inside || !solid || hit.again)) {
+        if (((*path).state & PATH_INSIDE) != 0u && (inside || !solid)) {
             (*path).throughput *= exp(-(*path).absorption * hit.distance);
         }
-        if (hit.again) {
-            (*path).origin = hit_pass(point, hit, (*path).direction);
-            continue;
-        }
-        (*path).own_x = hit.own.x;
-        (*path).own_y = hit.own.y;
         let u = noise_at(pixel, serial, block);
         if (path_coverage && u.w >= surface.coverage) {
             (*path).origin = hit_pass(point, hit, (*path).direction);
+            path_leaves(path, hit_leaves(hit, (*path).direction));
             continue;
         }
         if (front) {
@@ -104,6 +99,7 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
         }
         (*path).throughput *= scatter.weight * select(m_diffuse / max(q, 1e-6), vec3f(1.0 / max(1.0 - q, 1e-6)), specular);
         (*path).direction = scatter.wi;
+        path_leaves(path, hit_leaves(hit, scatter.wi));
         if (!passes) {
             (*path).pdf = select(scatter.pdf * select(q, 1.0 - q, specular), LIGHT_CERTAIN, scatter.pdf == LIGHT_CERTAIN);
         }

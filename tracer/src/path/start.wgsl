@@ -55,18 +55,19 @@ fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
         pixels[index].samples += select(1u, 0x10000u, specular);
     }
 
-    let origin = hit_start(point, face, face);
+    let origin = hit_start(point, face, face, wo);
+    let leaves = hit_starts_from(point, face, wo);
     // Where the sun is somebody else's, the first hit leaves it out.
     // No `&&`: it would be a branch that a uniform alone decides, for which drivers build the kernel anew each time.
     let first_light = select(0u, 1u, (frame.sun_elsewhere != 0u) & (light_at(0u).kind == LIGHT_SUN));
     if (params.lights > first_light && !goes_through) {
         let u = noise_at(pixel, serial, 1u);
         let sample = light_sample(first_light, params.lights, point, u.xy);
-        start_light(index, path_light(surface, wo, face, sample, origin, PATH_NO_OWN, q, inside), over_specular, q);
+        start_light(index, path_light(surface, wo, face, sample, origin, leaves, q, inside), over_specular, q);
     }
     if (path_areas && params.has_areas != 0u && !goes_through) {
-        let sample = path_area_sample(origin, PATH_NO_OWN, pixel, serial, 0u);
-        start_light(index, path_light(surface, wo, face, sample, origin, PATH_NO_OWN, q, inside), over_specular, q);
+        let sample = path_area_sample(origin, leaves, pixel, serial, 0u);
+        start_light(index, path_light(surface, wo, face, sample, origin, leaves, q, inside), over_specular, q);
     }
 
     if (branches) {
@@ -78,9 +79,9 @@ fn start_path(index: u32, pixel: vec2u, first: First) -> Path {
         return path;
     }
     scatter.weight *= select(1.0, scatter.branch, branches);
-    path.origin = hit_start(point, face, select(face, -face, scatter.transmitted));
-    path.own_x = PATH_NO_OWN.x;
-    path.own_y = PATH_NO_OWN.y;
+    let side = select(face, -face, scatter.transmitted);
+    path.origin = hit_start(point, face, side, wo);
+    path_leaves(&path, hit_starts_from(point, side, wo));
     path.direction = scatter.wi;
     path.pdf = select(scatter.pdf * select(q, 1.0 - q, specular), LIGHT_CERTAIN, scatter.pdf == LIGHT_CERTAIN);
     path.throughput = scatter.weight * select(vec3f(1.0 / max(q, 1e-6)), over_specular / max(1.0 - q, 1e-6), specular);

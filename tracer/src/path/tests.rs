@@ -29,10 +29,14 @@ impl Structure for Ball {
         let face = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
         let surface = Surface { normal, tangent: normal.any_orthonormal_vector(), ..self.0 };
         let front = normal.dot(ray.direction) < 0.0;
-        Some(Hit { distance, surface, front, face, entry: face, own: NO_OWN, again: false })
+        Some(Hit { distance, surface, front, face, entry: face, face_of: None, own: NO_OWN, beyond: NO_OWN })
     }
 
-    fn start(&self, point: Vec3, _: Vec3, _: Vec3) -> Vec3 {
+    fn starts_from(&self, _: Vec3, _: Vec3, _: Vec3) -> [u32; 2] {
+        NO_OWN
+    }
+
+    fn start(&self, point: Vec3, _: Vec3, _: Vec3, _: Vec3) -> Vec3 {
         point
     }
 

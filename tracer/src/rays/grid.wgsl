@@ -1,13 +1,10 @@
-// Rays through the voxel grid, one per invocation, after voxel::GRID_WGSL.
-
-// As paths do that start off a rasterised surface: up to two voxels are left before one counts.
-const RAYS_LEAVING = 2u;
+// Rays through the voxel grid, one per invocation, after voxel::TRACE_WGSL.
 
 @compute @workgroup_size(64)
 fn rays_closest(@builtin(global_invocation_id) id: vec3u) {
     if (id.x < arrayLength(&in_rays)) {
         let ray = in_rays[id.x];
-        let hit = grid_trace(ray.origin, ray.direction, ray.t_max, RAYS_LEAVING);
+        let hit = grid_trace(ray.origin, ray.direction, ray.t_max, ray.origin, GRID_BEHIND);
         let primitive = select(0xffffffffu, hit.record, hit.hit);
         out_met[id.x] = Met(primitive, hit.distance, vec2f(0.0), hit.iterations, u32(hit.cut));
     }

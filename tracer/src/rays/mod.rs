@@ -14,7 +14,7 @@ mod tests;
 use crate::bvh::{BVH_BINDS, RAY_WGSL};
 use crate::{Search, World};
 use frame::{Bind, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, gpu_struct};
-use voxel::{GRID_BINDS, VoxelGrid};
+use voxel::GRID_BINDS;
 use wgpu::{BindingResource, BufferUsages};
 
 const RAYS_WGSL: &str = include_str!("rays.inc.wgsl");
@@ -31,8 +31,8 @@ gpu_struct! {
         pub t_max: f32,
         /// Unit.
         pub direction: [f32; 3],
-        /// A triangle that is not met, or [`Ray::NOTHING`]. The grid ignores it: there a ray leaves up to two voxels that
-        /// it starts in, as paths off a rasterised surface do.
+        /// A triangle that is not met, or [`Ray::NOTHING`]. The grid ignores it: there a ray does not meet
+        /// surfaces around its origin that it goes away from.
         pub skip: u32,
     }
 }
@@ -104,10 +104,15 @@ impl RayBatch {
     /// # Errors
     /// The driver refuses a kernel.
     pub fn of_grid(gpu: &Gpu) -> Result<Self, KernelError> {
-        let sources = [voxel::GRID_WGSL, RAYS_WGSL, include_str!("grid.wgsl")];
-        // Records are not looked at.
-        let [structure, _, uniform] = GRID_BINDS;
-        let closest = kernel(gpu, &sources, "rays_closest", &[structure, uniform], closest_out())?;
+        let sources = [
+            frame::surface::WGSL,
+            voxel::GRID_WGSL,
+            voxel::record::ANY_WGSL,
+            voxel::TRACE_WGSL,
+            RAYS_WGSL,
+            include_str!("grid.wgsl"),
+        ];
+        let closest = kernel(gpu, &sources, "rays_closest", &GRID_BINDS, closest_out())?;
         Ok(Self { closest, blocked: None })
     }
 
@@ -145,13 +150,9 @@ impl RayBatch {
 /// What a batch through one of the world's structures binds; none where that was not built.
 pub fn resources<'a>(world: World<'a>, search: Search) -> Option<Vec<BindingResource<'a>>> {
     match search {
-        Search::Grid => world.grid.map(|grid| grid_resources(grid).into()),
+        Search::Grid => world.grid.map(|grid| grid.resources().into()),
         Search::Lbvh | Search::Cwbvh => world.bvh(search).map(|bvh| bvh.resources().into()),
     }
-}
-
-fn grid_resources(grid: &VoxelGrid) -> [BindingResource<'_>; 2] {
-    [grid.structure.as_entire_binding(), grid.uniform.as_entire_binding()]
 }
 
 fn closest_out() -> Bind {

@@ -2,10 +2,11 @@
 #![allow(clippy::unwrap_used)]
 
 use super::{Ray, RayBatch};
+use frame::surface::CREASE_CODE;
 use frame::{Gpu, Room};
 use glam::{IVec3, Vec3};
 use scene::Aabb;
-use voxel::grid::reference::CpuGrid;
+use voxel::grid::reference::{BEHIND, CpuGrid};
 use voxel::grid::{Grid, Layout};
 use wgpu::BufferUsages;
 
@@ -21,12 +22,17 @@ fn both(grid: &CpuGrid, rays: &[Ray]) -> Vec<[(u32, f32, u32); 2]> {
     let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
     let uniform = gpu.buffer(Room::Voxels, "grid", size_of::<Grid>() as u64, usage).unwrap();
     gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&grid.grid));
-    let resources = [structure.as_entire_binding(), uniform.as_entire_binding()];
+    // Cells without planes: their cubes are met.
+    let records = vec![[0, (CREASE_CODE as u32) << 24, 0, 0]; grid.voxel_count as usize];
+    let stored = gpu.storage(Room::Voxels, "records", &records).unwrap();
+    let resources = [&structure, &stored, &uniform].map(|buffer| buffer.as_entire_binding());
     let traced = RayBatch::of_grid(&gpu).unwrap().closest(&gpu, &resources, rays).unwrap();
     assert_eq!(traced.answers.len(), rays.len());
     let on_cpu = rays.iter().map(|ray| {
-        let (hit, walk) = grid.trace(ray.origin.into(), ray.direction.into(), ray.t_max, 2);
-        let (record, distance) = hit.map_or((Ray::NOTHING, ray.t_max), |hit| (hit.record, hit.distance));
+        let [origin, direction] = [ray.origin, ray.direction].map(Vec3::from);
+        let (met, walk) = grid.trace_surfaces(&records, origin, direction, ray.t_max, (origin, BEHIND));
+        let (record, distance) =
+            met.map_or((Ray::NOTHING, ray.t_max), |met| (met.hit.record, met.hit.distance));
         (record, distance, walk.iterations)
     });
     traced

@@ -7,8 +7,10 @@
 //! Formulas: [`crate::path`]; what a ray meets is [`voxel::GRID_WGSL`]'s exact traversal.
 //!
 //! Departs from the paper: the elevation is h(n) of the design's 4.5 instead of one voxel, which lets 1.25 % of starts
-//! lie in the surface's own voxels (knob `voxel.elevation`). A path that leaves or passes a voxel starts at that voxel's
-//! face, and does not meet voxels that continue the same sheet: their normals and heights along the normal are the same.
+//! lie in the surface's own voxels (knob `voxel.elevation`); in a corner, where that is inside the next wall, a path
+//! starts between the surface and the viewer, where the camera ray has shown that nothing is. A path that leaves or passes
+//! a voxel starts at that voxel's face. It takes along a point of the side it is on ([`voxel::grid`], "Sides"): for a pixel
+//! that is a point towards the viewer, after a voxel the empty cell in front of it.
 
 #[cfg(test)]
 mod reference;
@@ -19,18 +21,16 @@ use crate::path::{PathSettings, Paths, Searched, Structure};
 use crate::{Search, Tracer, World};
 use frame::scene_gpu::GpuScene;
 use frame::{FrameInfo, GBuffer, Gpu, GpuError, Knob, RadianceImage, Recorder, Uniform};
-use voxel::VoxelGrid;
+use voxel::{RecordLayout, VoxelGrid};
 
 const HIT_WGSL: &str = include_str!("voxel_hit.inc.wgsl");
 
-/// What the grid brings to paths.
-pub(crate) fn structure() -> Structure {
-    Structure {
-        pass: "trace/voxel",
-        sources: vec![voxel::GRID_WGSL, HIT_WGSL],
-        binds: voxel::GRID_BINDS.to_vec(),
-        of_triangles: false,
-    }
+/// What a grid with such records brings to paths.
+pub(crate) fn structure(record: RecordLayout) -> Structure {
+    let mut sources = vec![voxel::GRID_WGSL];
+    sources.extend(record.sources());
+    sources.extend([voxel::TRACE_WGSL, HIT_WGSL]);
+    Structure { pass: "trace/voxel", sources, binds: voxel::GRID_BINDS.to_vec(), of_triangles: false }
 }
 
 /// Most iterations of one ray.
@@ -45,7 +45,7 @@ pub struct VoxelTracer {
 
 impl Default for VoxelTracer {
     fn default() -> Self {
-        Self { paths: Paths::new(structure()) }
+        Self { paths: Paths::new(structure(RecordLayout::FULL)) }
     }
 }
 
@@ -69,6 +69,7 @@ impl Tracer for VoxelTracer {
         size: [u32; 2],
         paths: &PathSettings,
     ) -> Result<(), GpuError> {
+        self.paths.structure = structure(RecordLayout::of(&scene.needs));
         self.paths.resize(gpu, scene, size, paths)
     }
 

@@ -4,6 +4,8 @@
 mod cache;
 mod closed_forms;
 mod fixture;
+mod leaks;
+mod lean;
 mod sheets;
 mod twin;
 mod variance;

@@ -1,50 +1,62 @@
-// What a ray meets in the voxel grid, for the path kernels. Needs voxel::GRID_WGSL.
+// What a ray meets in the voxel grid, for the path kernels. Needs voxel::TRACE_WGSL.
 
 struct Hit {
     found: bool,
     // m along the ray.
     distance: f32,
-    // As stored; its normal may point away from the ray.
+    // As stored; its normal may point away from the ray. Of a cube the normal is that of the face that was met.
     surface: Surface,
     // Met from the side its normal is on.
     front: bool,
-    // Unit, towards the ray: nothing is reflected below it. A voxel's cube says nothing about that, its surface does.
+    // Unit, towards the ray: nothing is reflected below it.
     face: vec3f,
-    // Of the voxel's face that the ray entered through, towards the ray.
+    // Of what the ray came through, towards the ray: the cell's face, or the plane that was met.
     entry: vec3f,
+    // It was met at its cell's face and not at a plane within.
+    at_face: bool,
     cell: vec3i,
     // Its record's number, which is that of what is kept for it.
     record: u32,
-    // Names the surface, for a ray that leaves it: normal code, and bits of normal . cell.
+    // For rays that stay on this side of the surface: a point there, packed.
     own: vec2u,
-    // It is the surface that the ray leaves or has just passed.
-    again: bool,
+    // The same for rays that cross it.
+    beyond: vec2u,
 }
 
 // Off a face by this share of a voxel: enough to name the cell after rounding a position of 1,024 voxels (2^-14), too
 // little to see.
 const HIT_NUDGE = 1e-3;
+// Off a plane: more than what neighbouring planes differ by, that of a ball of 20 voxels included.
+const HIT_OFF_PLANE = 0.02;
 
-// Normals of one surface's neighbouring voxels differ by less than 37 degrees.
-const HIT_PARALLEL = 0.8;
+// A point in 21 bits per axis: 1/256 voxel.
+const HIT_POINT_STEPS = 256.0;
 
-// Whether a voxel belongs to the sheet that a ray leaves: its normal is much the same, and so is its height. One voxel
-// per column along the dominant axis means that heights of a plane's voxels differ by less than |n|_inf. Without
-// this rule 4 to 8 % of the rays that leave a slanted plane or a ball meet it again, from behind; with it 0.03 %. And
-// a sheet would count once in every voxel of it that a ray crosses.
-fn hit_is_own(own: vec2u, normal: vec3f, cell: vec3i) -> bool {
-    if (own.x == PATH_NO_OWN.x) {
-        return false;
-    }
-    let n = surface_normal_unpack(own.x);
-    let apart = abs(dot(n, vec3f(cell)) - bitcast<f32>(own.y));
-    return abs(dot(n, normal)) > HIT_PARALLEL && apart < 0.999 * max(abs(n.x), max(abs(n.y), abs(n.z)));
+fn hit_point_pack(p: vec3f) -> vec2u {
+    let q = vec3u(clamp(p * HIT_POINT_STEPS, vec3f(0.0), vec3f(2097150.0)));
+    return vec2u(q.x | (q.z << 21u), q.y | ((q.z >> 11u) << 21u));
 }
 
-// `own` is the surface that the ray leaves. A ray from a voxel leaves that voxel, one from a rasterised surface starts
-// outside all of the surface's own, but for up to two where it lies in a corner.
+// Left over: the ray crosses glass or leaves it, and what it is behind it is behind.
+const HIT_POINT_SHARP = 0x80000000u;
+
+// World, m.
+fn hit_point_unpack(code: vec2u) -> vec3f {
+    let q = vec3u(code & vec2u(0x1fffffu), (code.x >> 21u) | (((code.y >> 21u) & 0x3ffu) << 11u));
+    return grid.origin + (vec3f(q) + 0.5) * (grid.voxel_size / HIT_POINT_STEPS);
+}
+
+// A point that no surface separates from the origin of a ray that leaves `own`.
+fn hit_beside(origin: vec3f, own: vec2u) -> vec3f {
+    return select(hit_point_unpack(own), origin, own.x == PATH_NO_OWN.x && own.y == PATH_NO_OWN.y);
+}
+
+fn hit_behind(own: vec2u) -> f32 {
+    return select(GRID_BEHIND, 0.0, own.y != PATH_NO_OWN.y && (own.y & HIT_POINT_SHARP) != 0u);
+}
+
 fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit {
-    let met = grid_trace(origin, direction, distance, select(1u, 2u, own.x == PATH_NO_OWN.x));
+    let met = grid_trace(origin, direction, distance, hit_beside(origin, own), hit_behind(own));
     atomicAdd(&tally[TALLY_ITERATIONS], met.iterations);
     if (met.cut) {
         atomicAdd(&tally[TALLY_CUT], 1u);
@@ -53,20 +65,45 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
     hit.found = met.hit;
     if (met.hit) {
         hit.distance = met.distance;
-        let record = grid_records[met.record];
-        hit.surface = surface_unpack_voxel(record);
-        let normal = hit.surface.normal;
-        hit.front = dot(normal, direction) < 0.0;
-        hit.face = select(-normal, normal, hit.front);
-        var entry = vec3f(0.0);
-        entry[met.axis] = select(1.0, -1.0, direction[met.axis] > 0.0);
-        hit.entry = entry;
+        hit.surface = surface_unpack_voxel(record_words(met.record));
+        hit.front = dot(met.normal, direction) < 0.0;
+        let side = select(-1.0, 1.0, hit.front);
+        hit.face = side * met.normal;
+        hit.entry = hit.face;
+        // No `||`, and no `if` below: they would be branches that a uniform alone decides.
+        let is_plane = grid.contours != 0u;
+        hit.at_face = met.axis < 3u && (met.is_cube | !is_plane);
+        if (hit.at_face) {
+            hit.entry = vec3f(0.0);
+            hit.entry[met.axis] = select(1.0, -1.0, direction[met.axis] > 0.0);
+        }
+        if (met.is_cube) {
+            hit.face = hit.entry;
+        }
+        // A cube, or a crease's other plane: its frame turns with it.
+        if (any(side * hit.surface.normal != hit.face)) {
+            hit.surface.normal = side * hit.face;
+            let along = hit.surface.tangent - dot(hit.surface.tangent, hit.face) * hit.face;
+            hit.surface.tangent = select(surface_basis(surface_normal_pack(hit.face)).first, normalize(along), dot(along, along) > 1e-4);
+        }
         hit.cell = met.cell;
         hit.record = met.record;
-        hit.own = vec2u(record.x & 0xffffffu, bitcast<u32>(dot(normal, vec3f(met.cell))));
-        hit.again = hit_is_own(own, normal, met.cell);
+        let center = vec3f(met.cell) + 0.5;
+        let point = (origin + met.distance * direction - grid.origin) / grid.voxel_size;
+        let offset = select(0.0, hit.surface.contour, !met.is_cube);
+        let before = point + 0.1 * hit.face - min(0.5, met.distance / grid.voxel_size) * direction;
+        let own_point = select(met.beside, before, is_plane);
+        let beyond_point = select(center + offset * met.normal - hit.face, point - 0.5 * hit.face, is_plane);
+        let sharp = vec2u(0u, select(0u, HIT_POINT_SHARP, hit.surface.transmission > 0.0));
+        hit.own = hit_point_pack(own_point) | sharp;
+        hit.beyond = hit_point_pack(beyond_point) | sharp;
     }
     return hit;
+}
+
+// What a ray that goes on from a hit leaves.
+fn hit_leaves(hit: Hit, direction: vec3f) -> vec2u {
+    return select(hit.beyond, hit.own, dot(hit.face, direction) > 0.0);
 }
 
 // Where a ray is inside a cell's cube, m: enters, leaves.
@@ -94,13 +131,20 @@ fn hit_emitter(emitter: vec2u, from_point: vec3f, own: vec2u, u: vec3f) -> Light
     let point = grid.origin + grid.voxel_size * (vec3f(cell) + u);
     let away = point - from_point;
     let wi = away / max(length(away), 1e-20);
-    let surface = surface_unpack_voxel(grid_records[grid_record(cell)]);
-    if (dot(surface.normal, wi) >= 0.0 || hit_is_own(own, surface.normal, cell)) {
+    let record = grid_record(cell);
+    let surface = surface_unpack_voxel(record_words(record));
+    // What a ray there would meet.
+    let chord = hit_chord(cell, from_point, wi);
+    let enter = chord.x / grid.voxel_size;
+    let beside = (hit_beside(from_point, own) - grid.origin) / grid.voxel_size;
+    let o = (from_point - grid.origin) / grid.voxel_size;
+    let met = grid_meet(record, cell, o, wi, enter, chord.y / grid.voxel_size - enter, beside, hit_behind(own), enter <= grid_near(), enter == 0.0);
+    if (dot(met.normal, wi) >= 0.0 || met.t < 0.0) {
         return LightSample(wi, 0.0, vec3f(0.0), 0.0);
     }
     let pdf = brdf_luminance(surface.emission) * hit_cube_pdf(cell, from_point, wi);
     // Ends before the cube itself.
-    let reach = hit_chord(cell, from_point, wi).x - HIT_NUDGE * grid.voxel_size;
+    let reach = chord.x - HIT_NUDGE * grid.voxel_size;
     return LightSample(wi, reach, surface.emission * surface.coverage, pdf);
 }
 
@@ -114,19 +158,56 @@ fn hit_blocked(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> u3
     return PATH_SHEETS;
 }
 
-// Where a path starts at a surface that was rasterised: one elevation off it, on the side of `side`.
-fn hit_start(point: vec3f, face: vec3f, side: vec3f) -> vec3f {
-    return point + grid_elevation(face) * side;
+fn hit_is_cube(point: vec3f) -> bool {
+    let cell = vec3i(floor((point - grid.origin) / grid.voxel_size));
+    if (!grid_occupied(cell)) {
+        return false;
+    }
+    return grid_plane(grid_record(cell)).is_cube;
+}
+
+// Steps towards the viewer in search of a place to start: half a voxel, 1.25, 2.25, .. 48. At grazing angles a layer of
+// cubes is long.
+const HIT_STEPS_TO_VIEWER = 18u;
+
+// Where a path starts at a surface that was rasterised, on the side of `side`: one elevation off it, or just off it where
+// planes are. Where that is inside a cube, in a corner, it starts between there and the viewer, where nothing is.
+fn hit_start(point: vec3f, face: vec3f, side: vec3f, wo: vec3f) -> vec3f {
+    let height = select(grid_elevation(face), HIT_OFF_PLANE * grid.voxel_size, grid.contours != 0u);
+    var start = point + height * side;
+    if (dot(side, wo) > 0.0) {
+        for (var i = 1u; i <= HIT_STEPS_TO_VIEWER && hit_is_cube(start); i += 1u) {
+            start = point + (0.125 * f32(i * (i + 3u)) * grid.voxel_size) * wo;
+        }
+    }
+    return start;
+}
+
+// What a path leaves that starts there. Between the point and the viewer nothing is.
+fn hit_starts_from(point: vec3f, side: vec3f, wo: vec3f) -> vec2u {
+    let beside = point + grid.voxel_size * (select(0.5, 0.1, grid.contours != 0u) * side + select(side, wo, dot(side, wo) > 0.0));
+    let sharp = vec2u(0u, select(HIT_POINT_SHARP, 0u, dot(side, wo) > 0.0));
+    return hit_point_pack((beside - grid.origin) / grid.voxel_size) | sharp;
+}
+
+// Just outside what was met, or just inside. Of a face the place is certain: not in a cell beside the two that share it.
+fn hit_beyond(point: vec3f, hit: Hit, outside: bool) -> vec3f {
+    if (hit.at_face) {
+        let low = vec3f(hit.cell) + HIT_NUDGE;
+        let within = clamp((point - grid.origin) / grid.voxel_size, low, low + (1.0 - 2.0 * HIT_NUDGE));
+        return grid.origin + grid.voxel_size * (within + select(0.0, 2.0 * HIT_NUDGE, outside) * hit.entry);
+    }
+    let off = grid.voxel_size * select(HIT_NUDGE, HIT_OFF_PLANE, grid.contours != 0u);
+    return point + select(-off, off, outside) * hit.entry;
 }
 
 // Where it starts after scattering at a voxel: just outside the face it entered through, or just inside where it goes
 // on into the voxel.
 fn hit_leave(point: vec3f, hit: Hit, direction: vec3f) -> vec3f {
-    let out = select(-1.0, 1.0, dot(direction, hit.entry) > 0.0);
-    return point + (out * HIT_NUDGE * grid.voxel_size) * hit.entry;
+    return hit_beyond(point, hit, dot(direction, hit.entry) > 0.0);
 }
 
 // Where it goes on after passing a voxel.
 fn hit_pass(point: vec3f, hit: Hit, direction: vec3f) -> vec3f {
-    return point - (HIT_NUDGE * grid.voxel_size) * hit.entry;
+    return hit_beyond(point, hit, false);
 }

@@ -1,4 +1,4 @@
-// Finds the cells that the triangles of each brick set. Steps and formulas: mod.rs beside this file.
+// Visits the cells that the triangles of each brick meet, and hands them to compute_meet: votes.wgsl, bends.wgsl. Steps and formulas: mod.rs beside this file.
 
 // Whether this kernel takes the triangles with masks and blends, or the others.
 override compute_holes: bool = false;
@@ -8,9 +8,6 @@ override compute_marks: bool = false;
 // Per chunk: brick cell, first of its triangles in in_lists, how many.
 @group(2) @binding(4) var<storage, read> in_chunks: array<vec4u>;
 @group(2) @binding(5) var<storage, read> in_lists: array<u32>;
-@group(3) @binding(6) var<storage, read_write> out_marks: array<u32>;
-// As the raster's: complement of the least key.
-@group(3) @binding(7) var<storage, read_write> out_keys: array<atomic<u32>>;
 
 fn compute_has_holes(triangle: u32) -> bool {
     return (materials[mesh_material(triangle)].flags & (MATERIAL_MASK | MATERIAL_BLEND)) != 0u;
@@ -80,8 +77,7 @@ fn compute_cells(triangle: u32, brick: vec3i, row: i32, rows: i32) {
                 }
                 let miss = abs(dot(t.normal, t.a - center)) * scale;
                 let nearness = min(u32(select(COMPUTE_STEPS_CONSERVATIVE, COMPUTE_STEPS_THIN, is_thin) * miss), 63u);
-                let key = (kind << 30u) | (nearness << 24u) | triangle;
-                atomicMax(&compute_keys[grid_cell_index(cell)], ~key);
+                compute_meet(triangle, cell, (kind << 30u) | (nearness << 24u) | triangle);
             }
         }
     }
@@ -105,37 +101,9 @@ fn compute_chunk_of(group: vec3u) -> vec4u {
     return select(in_chunks[min(index, params.count - 1u)], vec4u(0u), index >= params.count);
 }
 
-// One workgroup per chunk: whether any cell of its brick is met.
-@compute @workgroup_size(64)
-fn compute_mark(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3u) {
-    let chunk = compute_chunk_of(group);
-    workgroupBarrier();
-    compute_chunk(chunk, local);
-    workgroupBarrier();
-    if (local == 0u && atomicLoad(&compute_keys[0]) != 0u) {
-        out_marks[chunk.x] = 1u;
-    }
-}
-
-// One workgroup per chunk: the least keys of its brick's cells.
-@compute @workgroup_size(64)
-fn compute_vote(@builtin(local_invocation_index) local: u32, @builtin(workgroup_id) group: vec3u) {
-    var chunk = compute_chunk_of(group);
+// Of the chunk's brick, in the batch; one behind them where the brick is in another.
+fn compute_slot_of(chunk: vec4u) -> u32 {
     let entry = grid_structure[grid.table_at + chunk.x];
     let slot = (entry & GRID_SLOTS) - params.first_slot;
-    if (entry >= GRID_EMPTY || slot >= params.slot_count) {
-        chunk.z = 0u;
-    }
-    workgroupBarrier();
-    compute_chunk(chunk, local);
-    workgroupBarrier();
-    if (chunk.z == 0u) {
-        return;
-    }
-    for (var i = local; i < GRID_BRICK_CELLS; i += 64u) {
-        let key = atomicLoad(&compute_keys[i]);
-        if (key != 0u) {
-            atomicMax(&out_keys[GRID_BRICK_CELLS * slot + i], key);
-        }
-    }
+    return select(slot, params.slot_count, entry >= GRID_EMPTY || slot >= params.slot_count);
 }

@@ -16,6 +16,7 @@
 //!   cubes it meets. Counting, a scan and a second visit make a list of triangles per brick.
 //! - **Chunks**: lists are cut after [`CHUNK`] triangles. A workgroup takes a chunk, with the least key of each cell in
 //!   its own memory, and writes that of the cells it found; a million triangles in one voxel are a thousand workgroups.
+//! - **Bends**: a last visit of the same cells compares each triangle with the winner ([`crate::bend`]).
 //! - **Key** and **holes**: as in [`crate::raster`]; the distance of the plane in 1/128 cell where thin, in 1/72 cell where
 //!   conservative: the largest are 1/2 and 0.87.
 //!
@@ -28,6 +29,7 @@ pub mod reference;
 #[cfg(test)]
 mod tests;
 
+use crate::bend::{self, Bend};
 use crate::grid::GRID_WGSL;
 use crate::raster::{CONSTANTS as RASTER_CONSTANTS, Input};
 use crate::structure::{Structure, Sums, rows};
@@ -73,12 +75,18 @@ frame::gpu_struct! {
         pub slot_count: u32,
         /// 1: thin, 0: conservative.
         pub is_thin: u32,
+        /// Of [`Bend`].
+        pub flat: f32,
+        /// Of [`Bend`].
+        pub apart: f32,
+        /// The first triangle that moves.
+        pub first_moving: u32,
         /// WGSL rounds uniforms up.
-        pub _pad: [u32; 2],
+        pub _pad: [u32; 3],
     }
 }
 
-/// All passes; the last two as a kernel for triangles without holes and, where the scene has any, one for those with.
+/// All passes; the last three as a kernel for triangles without holes and, where the scene has any, one for those with.
 pub(crate) struct Compute {
     measure: Kernel,
     split: Kernel,
@@ -88,6 +96,7 @@ pub(crate) struct Compute {
     fill: Kernel,
     mark: Vec<Kernel>,
     vote: Vec<Kernel>,
+    bend: Vec<Kernel>,
 }
 
 /// Triangles by brick, cut into chunks.
@@ -115,7 +124,10 @@ impl Compute {
         let (counting, filling) = (bins(&[count, visit]), bins(&[fill, visit]));
         let bins = bins(&[include_str!("bin.wgsl")]);
         let surfaces = [surface::WGSL, brdf::WGSL, MESH_WGSL, MATERIAL_WGSL, GRID_WGSL, resolve::POINT_WGSL];
-        let cells = [&surfaces[..], &tests, &[include_str!("cells.wgsl")]].concat();
+        let cells = |last: &[&'static str]| {
+            [&surfaces[..], &tests, &[bend::WGSL, include_str!("cells.wgsl")], last].concat()
+        };
+        let (voting, bending) = (cells(&[include_str!("votes.wgsl")]), cells(&[include_str!("bends.wgsl")]));
         let kernel = |sources: &[&str], entry, bindings: Vec<&[Bind]>, more: &[(&'static str, f64)]| {
             let params = [Bind::uniform::<ComputeParams>(0, 1, "params")];
             let bindings: Vec<_> = std::iter::once(&params[..]).chain(bindings).flatten().copied().collect();
@@ -142,8 +154,9 @@ impl Compute {
         let (out_lists, chunk_counts) = (out(3, "out_lists"), out(4, "out_chunk_counts"));
         let (out_chunks, marks, keys) = (out(5, "out_chunks"), out(6, "out_marks"), out(7, "out_keys"));
         let structure = [Bind::storage_read(1, 16, "grid_structure")];
+        let (winners, bends) = ([Bind::storage_read(2, 0, "in_keys")], out(0, "out_bends"));
         let mesh = &MESH_BINDS;
-        let variants = |entry, marks: bool, after: Vec<&[Bind]>| {
+        let variants = |cells: &[&str], entry, marks: bool, after: Vec<&[Bind]>| {
             let holes = std::iter::once(false).chain(scene.needs.coverage.then_some(true));
             let of = |holes: bool| {
                 let bindings =
@@ -152,7 +165,7 @@ impl Compute {
                     ("compute_holes", f64::from(u8::from(holes))),
                     ("compute_marks", f64::from(u8::from(marks))),
                 ];
-                kernel(&cells, entry, bindings, &more)
+                kernel(cells, entry, bindings, &more)
             };
             holes.map(of).collect::<Result<Vec<_>, _>>()
         };
@@ -168,8 +181,9 @@ impl Compute {
                 vec![mesh, &grid, &sums, &items, &out_counts, &out_lists],
                 &[],
             )?,
-            mark: variants("compute_mark", true, vec![&marks])?,
-            vote: variants("compute_vote", false, vec![&structure, &keys])?,
+            mark: variants(&voting, "compute_mark", true, vec![&marks])?,
+            vote: variants(&voting, "compute_vote", false, vec![&structure, &keys])?,
+            bend: variants(&bending, "compute_bend", false, vec![&structure, &winners, &bends])?,
         })
     }
 
@@ -232,7 +246,7 @@ impl Compute {
 
     /// Writes 1 for each brick cell that something is in; `marks` must be clear.
     pub(crate) fn mark(&self, recorder: &mut Recorder<'_>, input: &Input<'_>, lists: &Lists, marks: &Buffer) {
-        self.chunks(recorder, "mark", &self.mark, input, lists, 0..0, &[marks]);
+        self.chunks(recorder, "mark", &self.mark, input, input.params(), lists, &[marks]);
     }
 
     /// Finds the winner of each cell of a batch; `keys` hold 0 or what is there already.
@@ -245,7 +259,25 @@ impl Compute {
         slots: Range<u32>,
         keys: &Buffer,
     ) {
-        self.chunks(recorder, "vote", &self.vote, input, lists, slots, &[structure, keys]);
+        let params = input.params_of(slots);
+        self.chunks(recorder, "vote", &self.vote, input, params, lists, &[structure, keys]);
+    }
+
+    /// Sets the bits of cells of a batch that are bent.
+    pub(crate) fn bend(
+        &self,
+        recorder: &mut Recorder<'_>,
+        input: &Input<'_>,
+        lists: &Lists,
+        structure: &Buffer,
+        slots: Range<u32>,
+        keys: &Buffer,
+        bends: &Buffer,
+    ) {
+        let Bend { flat, apart } = input.bend;
+        let first_moving = input.mesh.static_triangle_count;
+        let params = ComputeParams { flat, apart, first_moving, ..input.params_of(slots) };
+        self.chunks(recorder, "bend", &self.bend, input, params, lists, &[structure, keys, bends]);
     }
 
     fn chunks(
@@ -254,8 +286,8 @@ impl Compute {
         part: &str,
         kernels: &[Kernel],
         input: &Input<'_>,
+        params: ComputeParams,
         lists: &Lists,
-        slots: Range<u32>,
         buffers: &[&Buffer],
     ) {
         if lists.chunk_count == 0 {
@@ -264,9 +296,7 @@ impl Compute {
         // A workgroup per chunk, in rows of at most the default limit.
         let width = lists.chunk_count.min(65_535);
         let workgroups = [width, lists.chunk_count.div_ceil(width), 1];
-        let (first_slot, slot_count) = (slots.start, slots.len() as u32);
-        let count = lists.chunk_count;
-        let params = ComputeParams { count, row: width, first_slot, slot_count, ..input.params() };
+        let params = ComputeParams { count: lists.chunk_count, row: width, ..params };
         let mut resources = input.mesh.resources().to_vec();
         resources.extend(input.scene.material_resources());
         resources.push(input.uniform.as_entire_binding());
@@ -286,6 +316,10 @@ impl Input<'_> {
     fn params(&self) -> ComputeParams {
         let is_thin = u32::from(self.cover != Cover::Conservative);
         ComputeParams { first_triangle: self.triangles.start, is_thin, ..Default::default() }
+    }
+
+    fn params_of(&self, slots: Range<u32>) -> ComputeParams {
+        ComputeParams { first_slot: slots.start, slot_count: slots.len() as u32, ..self.params() }
     }
 
     fn compute(

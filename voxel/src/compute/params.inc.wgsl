@@ -12,6 +12,10 @@ struct ComputeParams {
     slot_count: u32,
     // 1: thin, 0: conservative.
     is_thin: u32,
+    // Of bends.
+    flat: f32,
+    apart: f32,
+    first_moving: u32,
 }
 
 @group(0) @binding(1) var<uniform> params: ComputeParams;

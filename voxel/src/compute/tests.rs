@@ -130,7 +130,7 @@ fn a_closed_sphere_lets_no_ray_out() {
         let out = (0..100_000)
             .filter(|_| {
                 let origin = center + 0.4 * random.next() * random.direction();
-                built.grid.trace(origin, random.direction(), 10.0, 0).0.is_none()
+                built.grid.trace(origin, random.direction(), 10.0).0.is_none()
             })
             .count();
         println!("{cover}: {} voxels, {out} of 100000 rays leave", built.voxels.voxel_count);

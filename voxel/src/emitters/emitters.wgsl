@@ -31,20 +31,3 @@ fn emitters(@builtin(global_invocation_id) id: vec3u) {
         out_list[record].y = voxel.w;
     }
 }
-
-// Luminance of what each emitter's voxel stores; 0 where another surface won the cell.
-@group(3) @binding(1) var<storage, read_write> out_luminances: array<f32>;
-
-@compute @workgroup_size(64)
-fn glowing(@builtin(global_invocation_id) id: vec3u) {
-    let index = id.x + params.row * id.y;
-    if (index >= params.count) {
-        return;
-    }
-    let cell = vec3i(in_voxels[index].xyz);
-    var luminance = 0.0;
-    if (grid_occupied(cell)) {
-        luminance = dot(surface_unpack_voxel(grid_records[grid_record(cell)]).emission, vec3f(0.2126, 0.7152, 0.0722));
-    }
-    out_luminances[index] = luminance;
-}

@@ -135,7 +135,7 @@ impl Lamp {
 
     /// What a line meets first: a share, or 0.
     pub fn met(&self, o: Vec3, d: Vec3) -> f32 {
-        let hit = self.grid.trace(o - self.low, d, f32::MAX, 0).0;
+        let hit = self.grid.trace(o - self.low, d, f32::MAX).0;
         let lit = hit.and_then(|hit| self.by_record.get(hit.record as usize));
         lit.filter(|lit| lit.normal.dot(d) < 0.0).map_or(0.0, |lit| lit.share)
     }

@@ -22,13 +22,16 @@ pub mod flux;
 mod tests;
 
 use crate::compute::reference::Sat;
+use crate::grid::reference::CpuGrid;
 use crate::grid::{GRID_BINDS, GRID_WGSL, Glowing, Layout};
 use crate::raster::Axes;
 use crate::raster::reference::Columns;
+use crate::record::RecordLayout;
 use crate::structure::{Batch, rows};
 use crate::{Cover, Grid, VoxelGrid};
 use flux::Lit;
 use frame::scene_gpu::{GpuMesh, GpuScene};
+use frame::surface::Surface;
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, Recorder, Room, surface};
 use glam::{IVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
@@ -72,7 +75,7 @@ pub(crate) struct Factors {
 }
 
 impl Emitters {
-    pub(crate) fn new(gpu: &Gpu) -> Result<Self, KernelError> {
+    pub(crate) fn new(gpu: &Gpu, record: RecordLayout) -> Result<Self, KernelError> {
         let kernel = Kernel::new(
             gpu,
             &KernelDesc {
@@ -91,11 +94,14 @@ impl Emitters {
             },
         )?;
         let [of_structure, of_records, of_grid] = GRID_BINDS;
+        let mut sources = vec![surface::WGSL, GRID_WGSL];
+        sources.extend(record.sources());
+        sources.push(include_str!("glowing.wgsl"));
         let glowing = Kernel::new(
             gpu,
             &KernelDesc {
                 name: "voxel/glowing",
-                sources: &[surface::WGSL, GRID_WGSL, include_str!("emitters.wgsl")],
+                sources: &sources,
                 entry: "glowing",
                 workgroup: [64, 1, 1],
                 bindings: &[
@@ -169,6 +175,26 @@ impl Emitters {
             .map(|(cell, luminance)| Glowing { cell: *cell, luminance })
             .collect();
         // The factors come out of a hash map: in which order, differs from run to run.
+        glowing.sort_by_key(|g| g.cell);
+        Ok(glowing)
+    }
+
+    /// The voxels that give off light where planes are met and not cubes: whatever record shines, as it is. Waits for the
+    /// device.
+    pub(crate) fn glowing_planes(
+        gpu: &Gpu,
+        layout: &Layout,
+        grid: &VoxelGrid,
+    ) -> Result<Vec<Glowing>, GpuError> {
+        let structure = gpu.read_buffer(&grid.structure)?;
+        let records = grid.record.expand(&gpu.read_buffer(&grid.records)?);
+        let cpu = CpuGrid { grid: layout.uniform(0), structure, voxel_count: grid.voxel_count };
+        let glows = |cell: IVec3| {
+            let record = *records.get(cpu.record(cell)? as usize)?;
+            let luminance = frame::cpu::luminance(Surface::unpack_voxel(record).emission.to_array());
+            (luminance > 0.0).then_some(Glowing { cell: cell.to_array().map(|c| c as u32), luminance })
+        };
+        let mut glowing: Vec<Glowing> = cpu.cells().into_iter().filter_map(glows).collect();
         glowing.sort_by_key(|g| g.cell);
         Ok(glowing)
     }

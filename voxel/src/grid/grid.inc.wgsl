@@ -8,7 +8,7 @@ struct Grid {
     voxel_size: f32,
     // Per axis.
     cells: vec3i,
-    // 0: h(n), 1: one voxel.
+    // 0: h(n) of thin voxels, 1: one voxel, 2: h(n) of conservative ones.
     elevation: u32,
     // Bricks of 8^3 cells per axis.
     bricks: vec3i,
@@ -22,32 +22,14 @@ struct Grid {
     regions: vec3i,
     // First word of the bricks.
     bricks_at: u32,
+    // 1: planes are where surfaces are, 0: they only tell sides.
+    contours: u32,
+    // Words per record.
+    record_words: u32,
 }
 
 @group(1) @binding(16) var<storage, read> grid_structure: array<u32>;
-@group(1) @binding(17) var<storage, read> grid_records: array<vec4u>;
 @group(1) @binding(18) var<uniform> grid: Grid;
-
-struct GridHit {
-    hit: bool,
-    // Metres along the unit direction.
-    distance: f32,
-    cell: vec3i,
-    // Index into grid_records.
-    record: u32,
-    // Of the face it was entered through; 3 = the ray started inside.
-    axis: u32,
-    iterations: u32,
-    // The step limit ended the walk. It never should.
-    cut: bool,
-}
-
-// Components of a direction below this (2^-40) do not move: their inverse is never formed.
-const GRID_STILL = 9.094947e-13;
-// Stands for "never" among parameters of a ray, in voxels.
-const GRID_FAR = 1e30;
-// No ray is followed farther than this, in voxels: a bound that keeps t_max / voxel_size finite.
-const GRID_LONGEST = 1e12;
 
 fn grid_index(p: vec3i, size: vec3i) -> u32 {
     return u32(p.x + size.x * (p.y + size.y * p.z));
@@ -146,86 +128,10 @@ fn grid_record(cell: vec3i) -> u32 {
 }
 
 // How far above a surface a path starts, m: the least distance along its unit face normal that is surely outside the
-// surface's own voxels, (|n|_1 + |n|_inf) / 2 voxels; the paper says one voxel.
+// surface's own voxels, (|n|_1 + |n|_inf) / 2 voxels where they are thin, |n|_1 where not; the paper says one voxel.
 fn grid_elevation(n: vec3f) -> f32 {
     let a = abs(n);
-    let height = 0.5 * (a.x + a.y + a.z + max(a.x, max(a.y, a.z)));
-    return grid.voxel_size * select(1.0, height, grid.elevation == 0u);
-}
-
-// The first occupied cell along a ray. `origin` in the world, `direction` unit, `t_max` in metres.
-// skip = 0: a start inside an occupied cell is a hit at distance 0. skip = n > 0: first leave what the start lies in;
-// up to n occupied cells are walked through until the first empty one, hits count from then on.
-fn grid_trace(origin: vec3f, direction: vec3f, t_max: f32, skip: u32) -> GridHit {
-    var hit = GridHit(false, t_max, vec3i(0), 0u, 3u, 0u, false);
-    let o = (origin - grid.origin) / grid.voxel_size;
-    let limit = min(t_max, GRID_LONGEST * grid.voxel_size) / grid.voxel_size;
-    let still = abs(direction) < vec3f(GRID_STILL);
-    let forward = direction > vec3f(0.0);
-    let inverse = select(1.0 / select(direction, vec3f(1.0), still), vec3f(0.0), still);
-
-    // Where the ray is inside the grid's box.
-    let size = vec3f(grid.cells);
-    if (any(still & ((o < vec3f(0.0)) | (o >= size)))) {
-        return hit;
-    }
-    let enter = select((select(size, vec3f(0.0), forward) - o) * inverse, vec3f(-GRID_FAR), still);
-    let leave = select((select(vec3f(0.0), size, forward) - o) * inverse, vec3f(GRID_FAR), still);
-    let entered = max(enter.x, max(enter.y, enter.z));
-    var t = max(entered, 0.0);
-    if (t >= min(leave.x, min(leave.y, leave.z)) || t > limit) {
-        return hit;
-    }
-    var cell = clamp(vec3i(floor(o + t * direction)), vec3i(0), grid.cells - 1);
-    if (entered > 0.0) {
-        let x = enter.x >= enter.y && enter.x >= enter.z;
-        let y = !x && enter.y >= enter.z;
-        cell = select(cell, select(grid.cells - 1, vec3i(0), forward), vec3<bool>(x, y, !x && !y));
-        hit.axis = select(select(2u, 1u, y), 0u, x);
-    }
-
-    // All bits of the axes that it goes forward on; one cell on, per axis.
-    let ahead = select(vec3i(0), vec3i(-1), forward);
-    let onward = select(vec3i(-1), vec3i(1), forward);
-    var left = skip;
-    var armed = skip == 0u;
-    let most = GRID_STEPS_PER_CELL * u32(max(grid.cells.x, max(grid.cells.y, grid.cells.z)));
-    hit.cut = true;
-    // What a hit needs is looked up after the loop: drivers that run SIMD under masks pay for it once a step otherwise.
-    for (; hit.iterations < most; ) {
-        hit.iterations += 1u;
-        let empty = grid_block(cell);
-        let is_taken = empty == 0;
-        if (is_taken && (armed || left == 0u)) {
-            hit.hit = true;
-            hit.cut = false;
-            break;
-        }
-        left -= select(0u, 1u, is_taken);
-        armed = armed || !is_taken;
-        // To the neighbour across the first exit plane of the block. The other two coordinates come from the position
-        // on that plane, but never leave the block and never go back: round-off cannot derail the walk. Cells are never
-        // negative, so that rounding to 0 is rounding down.
-        let side = max(empty, 1);
-        let plane = (cell & vec3i(-side)) + (vec3i(side) & ahead);
-        let exits = select((vec3f(plane) - o) * inverse, vec3f(GRID_FAR), still);
-        let x = exits.x <= exits.y && exits.x <= exits.z;
-        let y = !x && exits.y <= exits.z;
-        t = max(t, min(exits.x, min(exits.y, exits.z)));
-        let last = plane + ahead;
-        let there = clamp(vec3i(o + t * direction), min(cell, last), max(cell, last));
-        cell = select(there, last + onward, vec3<bool>(x, y, !x && !y));
-        hit.axis = select(select(2u, 1u, y), 0u, x);
-        // Negative cells count as large.
-        if (t > limit || any(vec3u(cell) >= vec3u(grid.cells))) {
-            hit.cut = false;
-            break;
-        }
-    }
-    if (hit.hit) {
-        hit.distance = min(t * grid.voxel_size, t_max);
-        hit.cell = cell;
-        hit.record = grid_record(cell);
-    }
-    return hit;
+    let sum = a.x + a.y + a.z;
+    let height = select(sum, 0.5 * (sum + max(a.x, max(a.y, a.z))), grid.elevation == 0u);
+    return grid.voxel_size * select(height, 1.0, grid.elevation == 1u);
 }

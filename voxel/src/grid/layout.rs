@@ -105,6 +105,9 @@ impl Layout {
             groups_at,
             regions: regions.map(|n| n as i32),
             bricks_at: table_at + count(bricks),
+            contours: 0,
+            record_words: 4,
+            _pad: [0; 2],
         }
     }
 }

@@ -29,6 +29,18 @@
 //! behind `c_k`. So every step moves at least one cell, whatever rounding does, and a ray takes at most 3 R of them. No
 //! distance is accumulated, no epsilon is added; components below 2^-40 never form an inverse.
 //!
+//! # Sides
+//! A cell is a cube of a voxel around a surface that may be much thinner: a ray that leaves a surface crosses cubes of it
+//! that it must not meet, and in a corner those of the next wall, that it must. What tells them apart is a point *beside*
+//! the ray, with no surface between it and the origin: the cell's record has a plane `n . x = o` (from its centre, voxels),
+//! and a ray leaves it where it moves away from it on the point's side: `(n . b - o) (n . d) > 0`. Such cells are passed,
+//! however many, within 8 voxels of the start and of each cell passed; farther on the point is the centre
+//! of the empty cell that a ray comes from, and every occupied cell is met. Voxelized sheets separate empty cells, so that
+//! this point is on the ray's side.
+//!
+//! Cells in which surfaces meet at an angle have no plane (the code of a crease): no plane tells the side of both. Their
+//! cubes are met and light leaves them through the face it came by, so that nothing gets through a corner.
+//!
 //! Departs from the paper: it stores voxels in a dense image; this holds occupied cells only.
 
 mod layout;
@@ -38,6 +50,7 @@ mod tests;
 
 pub use layout::{Layout, SNAP};
 
+use crate::record::RecordLayout;
 use frame::{Bind, Buffer};
 use glam::Vec3;
 
@@ -46,7 +59,7 @@ macro_rules! shared_constants {
     ($($(#[$doc:meta])* $name:ident = $value:literal;)*) => {
         $($(#[$doc])* pub const $name: u32 = $value;)*
 
-        /// The shader's half: bindings 16 to 18 of group 1 and every function named `grid_*`. Needs nothing else.
+        /// The shader's half of the structure: bindings 16 and 18 of group 1 and functions named `grid_*`. Needs nothing else.
         pub const GRID_WGSL: &str = concat!(
             $("const GRID_", stringify!($name), " = ", stringify!($value), "u;\n",)*
             include_str!("grid.inc.wgsl")
@@ -82,7 +95,7 @@ frame::gpu_struct! {
         pub voxel_size: f32,
         /// Cells per axis.
         pub cells: [i32; 3],
-        /// 0: paths start h(n) above their surface, 1: one voxel above.
+        /// 0: paths start h(n) of thin voxels above their surface, 1: one voxel above, 2: h(n) of conservative ones.
         pub elevation: u32,
         /// Bricks per axis.
         pub bricks: [i32; 3],
@@ -96,10 +109,19 @@ frame::gpu_struct! {
         pub regions: [i32; 3],
         /// First word of the bricks.
         pub bricks_at: u32,
+        /// 1: surfaces are where the records' planes are; 0: planes only tell sides.
+        pub contours: u32,
+        /// Words per record.
+        pub record_words: u32,
+        /// WGSL rounds uniforms up.
+        pub _pad: [u32; 2],
     }
 }
 
-/// What [`GRID_WGSL`] binds when a kernel uses all of it; the order is that of [`VoxelGrid::resources`].
+/// The walk, `grid_trace`; after [`frame::surface::WGSL`], [`GRID_WGSL`] and a snippet of [`crate::record`].
+pub const TRACE_WGSL: &str = include_str!("trace.inc.wgsl");
+
+/// What [`TRACE_WGSL`] binds when a kernel uses all of it; the order is that of [`VoxelGrid::resources`].
 pub const GRID_BINDS: [Bind; 3] = [
     Bind::storage_read(1, 16, "grid_structure"),
     Bind::storage_read(1, 17, "grid_records"),
@@ -119,8 +141,12 @@ pub struct VoxelGrid {
     pub structure: Buffer,
     /// One packed surface per occupied cell.
     pub records: Buffer,
+    /// The words of each.
+    pub record: RecordLayout,
     /// [`Grid`].
     pub uniform: Buffer,
+    /// Surfaces are where the records' planes are.
+    pub contours: bool,
     /// Occupied cells.
     pub voxel_count: u32,
     /// Bricks with an occupied cell.

@@ -1,11 +1,18 @@
 //! The CPU half: the same structure built from a list of cells, and the same walk in f32.
 
 use super::{BASE_WORD, BRICK_WORDS, EMPTY, Grid, Layout, PARTS_BIT, PREFIX_WORD, SLOTS, STEPS_PER_CELL};
+use frame::surface::{CONTOUR_STEP, CREASE_CODE, normal_unpack};
 use glam::{BVec3, IVec3, Vec3};
 
 const STILL: f32 = 9.094_947e-13;
 const FAR: f32 = 1e30;
 const LONGEST: f32 = 1e12;
+const NEAR: f32 = 8.0;
+const NEAR_PLANES: f32 = 2.0;
+/// Less than this behind a surface near its start a ray that leaves an opaque surface is taken to be in front of it.
+pub const BEHIND: f32 = 0.75;
+const CRACK: f32 = 0.1;
+const SLACK: f32 = 0.02;
 
 /// A grid in main memory.
 #[derive(Clone, Debug)]
@@ -40,7 +47,7 @@ pub struct Walk {
     pub cut: bool,
 }
 
-/// As `GridHit` in the shader, for hits only.
+/// A cell that was met.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Metres.
@@ -51,6 +58,19 @@ pub struct Hit {
     pub record: u32,
     /// Of the face it is entered through; 3 = the start.
     pub axis: u32,
+}
+
+/// As `GridHit` in the shader, for hits only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHit {
+    /// Where.
+    pub hit: Hit,
+    /// The cell has no plane, its cube is met.
+    pub is_cube: bool,
+    /// Of the plane as stored.
+    pub normal: Vec3,
+    /// A point on the ray's side of the surface, voxels in grid space.
+    pub beside: Vec3,
 }
 
 fn index(p: IVec3, size: [i32; 3]) -> usize {
@@ -191,6 +211,28 @@ impl CpuGrid {
         Some(self.structure[brick + BASE_WORD as usize] + prefix + rank)
     }
 
+    /// All occupied cells, brick by brick.
+    pub fn cells(&self) -> Vec<IVec3> {
+        let Grid { table_at, bricks_at, bricks, .. } = self.grid;
+        let table = &self.structure[table_at as usize..bricks_at as usize];
+        let mut cells = Vec::new();
+        for (index, entry) in (0i32..).zip(table).filter(|(_, entry)| **entry < EMPTY) {
+            let brick =
+                IVec3::new(index % bricks[0], index / bricks[0] % bricks[1], index / (bricks[0] * bricks[1]));
+            let at = (bricks_at + BRICK_WORDS * (entry & SLOTS)) as usize;
+            for (bit, word) in
+                (0i32..16).flat_map(|word| (0i32..32).map(move |bit| (32 * (word & 1) + bit, word)))
+            {
+                if (self.structure[at + word as usize] >> (bit & 31)) & 1 == 1 {
+                    let part = word / 2;
+                    let corner = 4 * IVec3::new(part & 1, (part >> 1) & 1, part >> 2);
+                    cells.push(8 * brick + corner + IVec3::new(bit & 3, (bit >> 2) & 3, bit >> 4));
+                }
+            }
+        }
+        cells
+    }
+
     /// Visits the blocks along a ray given in grid space, until `visit` says false, the grid ends or `t` passes `limit`
     /// (voxels).
     pub fn walk(&self, o: Vec3, d: Vec3, limit: f32, mut visit: impl FnMut(Visit) -> bool) -> Walk {
@@ -250,31 +292,119 @@ impl CpuGrid {
         walk
     }
 
-    /// As `grid_trace`: the first occupied cell along a ray in the world.
-    pub fn trace(&self, origin: Vec3, direction: Vec3, t_max: f32, leaving: u32) -> (Option<Hit>, Walk) {
+    /// The first occupied cell along a ray in the world.
+    pub fn trace(&self, origin: Vec3, direction: Vec3, t_max: f32) -> (Option<Hit>, Walk) {
+        self.first(origin, direction, t_max, |_, visit| Some(visit.t))
+    }
+
+    /// As `grid_trace`: the first surface along a ray in the world. `beside` is a point that no surface separates from the
+    /// origin; it may lie `behind` by so many voxels and is in front all the same.
+    pub fn trace_surfaces(
+        &self,
+        records: &[[u32; 4]],
+        origin: Vec3,
+        direction: Vec3,
+        t_max: f32,
+        (beside, behind): (Vec3, f32),
+    ) -> (Option<SurfaceHit>, Walk) {
+        let o = (origin - Vec3::from(self.grid.origin)) / self.grid.voxel_size;
+        let mut side = (beside - Vec3::from(self.grid.origin)) / self.grid.voxel_size;
+        let reach = if self.grid.contours != 0 { NEAR_PLANES } else { NEAR };
+        let (mut start, mut near, mut is_after_empty) = (None, 0.0, false);
+        let mut met = (false, Vec3::ZERO);
+        let (hit, walk) = self.first(origin, direction, t_max, |grid, visit| {
+            let first = *start.get_or_insert_with(|| {
+                near = visit.t + reach;
+                visit.cell
+            });
+            if visit.empty > 0 {
+                is_after_empty = true;
+                return None;
+            }
+            let center = visit.cell.as_vec3() + 0.5;
+            if std::mem::take(&mut is_after_empty) && visit.t > near {
+                let axis = visit.axis as usize;
+                side = center - Vec3::AXES[axis] * direction[axis].signum();
+            }
+            let record = records[grid.record(visit.cell)? as usize];
+            let code = record[1] as i32 >> 24;
+            met = (code == CREASE_CODE, normal_unpack(record[0]));
+            let t = if met.0 {
+                (visit.cell != first).then_some(visit.t)
+            } else {
+                let (plane, ray) =
+                    ((met.1, code as f32 * CONTOUR_STEP), (o + visit.t * direction - center, direction));
+                let chord = (grid.exit(visit.cell, o, direction) - visit.t).max(0.0);
+                let ahead = cross(
+                    plane,
+                    ray,
+                    chord,
+                    (side - center, behind),
+                    visit.t <= near,
+                    grid.grid.contours != 0,
+                );
+                ahead.map(|ahead| visit.t + ahead)
+            };
+            if t.is_none() {
+                near = near.max(visit.t + reach);
+            }
+            t
+        });
+        (hit.map(|hit| SurfaceHit { hit, is_cube: met.0, normal: met.1, beside: side }), walk)
+    }
+
+    /// The first occupied cell, or empty one, that `meets` gives a distance for, in voxels.
+    fn first(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        t_max: f32,
+        mut meets: impl FnMut(&Self, Visit) -> Option<f32>,
+    ) -> (Option<Hit>, Walk) {
         let voxel_size = self.grid.voxel_size;
         let o = (origin - Vec3::from(self.grid.origin)) / voxel_size;
         let limit = t_max.min(LONGEST * voxel_size) / voxel_size;
-        let (mut left, mut armed, mut hit) = (leaving, leaving == 0, None);
+        let mut hit = None;
         let walk = self.walk(o, direction, limit, |visit| {
-            if visit.empty > 0 {
-                armed = true;
-            } else if armed || left == 0 {
-                hit = Some(visit);
-            } else {
-                left -= 1;
-            }
+            hit = meets(self, visit).filter(|_| visit.empty == 0).map(|t| (visit, t));
             hit.is_none()
         });
-        let hit = hit.and_then(|visit| {
+        let hit = hit.filter(|(_, t)| *t <= limit).and_then(|(visit, t)| {
             let record = self.record(visit.cell)?;
-            Some(Hit {
-                distance: (visit.t * voxel_size).min(t_max),
-                cell: visit.cell,
-                record,
-                axis: visit.axis,
-            })
+            Some(Hit { distance: (t * voxel_size).min(t_max), cell: visit.cell, record, axis: visit.axis })
         });
         (hit, walk)
     }
+
+    /// Where a ray in grid space leaves a cell, voxels.
+    fn exit(&self, cell: IVec3, o: Vec3, d: Vec3) -> f32 {
+        let still = d.abs().cmplt(Vec3::splat(STILL));
+        let inverse = Vec3::select(still, Vec3::ZERO, 1.0 / Vec3::select(still, Vec3::ONE, d));
+        let plane = cell + IVec3::select(d.cmpgt(Vec3::ZERO), IVec3::ONE, IVec3::ZERO);
+        Vec3::select(still, Vec3::splat(FAR), (plane.as_vec3() - o) * inverse).min_element()
+    }
+}
+
+/// As `grid_cross`, from where the ray enters the cell: voxels on.
+fn cross(
+    plane: (Vec3, f32),
+    ray: (Vec3, Vec3),
+    chord: f32,
+    (beside, behind): (Vec3, f32),
+    is_near: bool,
+    contours: bool,
+) -> Option<f32> {
+    let ((normal, offset), (from, direction)) = (plane, ray);
+    let slope = normal.dot(direction);
+    let side = normal.dot(beside) - offset;
+    let behind = if contours { behind.min(CRACK) } else { behind };
+    if is_near && (if slope > 0.0 { side > -behind } else { side < 0.0 }) {
+        return None;
+    }
+    if !contours {
+        return Some(0.0);
+    }
+    let height = (normal.dot(from) - offset) * if slope > 0.0 { -1.0 } else { 1.0 };
+    let ahead = height.max(0.0) / slope.abs().max(1e-6);
+    (height >= -CRACK && ahead <= chord + SLACK).then_some(ahead)
 }

@@ -1,11 +1,13 @@
 //! The walk against a plain one that knows no blocks, the device against the CPU, and what a walk promises.
 #![allow(clippy::unwrap_used)]
 
-use super::reference::{CpuGrid, Hit};
-use super::{GRID_WGSL, Grid, Layout, STEPS_PER_CELL};
+use super::reference::{BEHIND, CpuGrid, Hit};
+use super::{GRID_WGSL, Grid, Layout, STEPS_PER_CELL, TRACE_WGSL};
 use crate::VoxelError;
+use crate::record::RecordLayout;
 use crate::test_scenes::{Random, gpu};
-use frame::{Bind, Kernel, KernelDesc, Recorder, Room};
+use frame::surface::{self, CREASE, CREASE_CODE, Surface};
+use frame::{Bind, Gpu, Kernel, KernelDesc, Recorder, Room};
 use glam::{DVec3, IVec3, Vec3};
 use scene::Aabb;
 use std::collections::HashSet;
@@ -41,7 +43,8 @@ struct Ray {
     origin: Vec3,
     direction: Vec3,
     t_max: f32,
-    pass: u32,
+    /// Of the point beside the ray, from its origin.
+    beside: Vec3,
 }
 
 /// Every kind of ray that has broken a walk: general, along axes and planes, from corners and faces, from outside.
@@ -71,7 +74,7 @@ fn rays(layout: &Layout, count: usize) -> Vec<Ray> {
                 origin: layout.origin + layout.voxel_size * o,
                 direction: d,
                 t_max,
-                pass: if i % 3 == 0 { (i / 3 % 4) as u32 } else { 0 },
+                beside: if i % 3 == 0 { Vec3::ZERO } else { layout.voxel_size * random.direction() },
             }
         })
         .collect()
@@ -112,15 +115,9 @@ fn plain(layout: &Layout, cells: &HashSet<IVec3>, ray: &Ray) -> (Option<IVec3>, 
         cell[axis] = if d[axis] > 0.0 { 0 } else { size[axis] - 1 };
         tie |= (0..3).any(|k| k != axis && close(p[k], p[k].round()));
     }
-    let (mut left, mut armed) = (ray.pass, ray.pass == 0);
     loop {
         if cells.contains(&cell) {
-            if armed || left == 0 {
-                return (Some(cell), tie);
-            }
-            left -= 1;
-        } else {
-            armed = true;
+            return (Some(cell), tie);
         }
         let exits = DVec3::from([0, 1, 2].map(|k| {
             let plane = f64::from(cell[k]) + if d[k] > 0.0 { 1.0 } else { 0.0 };
@@ -188,7 +185,7 @@ fn skipping_blocks_finds_what_plain_steps_find() {
     let rays = rays(&layout, 100_000);
     let (mut ties, mut differ, mut iterations, mut hits, mut most) = (0, 0, 0u64, 0, 0);
     for ray in &rays {
-        let (hit, walk) = grid.trace(ray.origin, ray.direction, ray.t_max, ray.pass);
+        let (hit, walk) = grid.trace(ray.origin, ray.direction, ray.t_max);
         assert!(!walk.cut);
         iterations += u64::from(walk.iterations);
         most = most.max(walk.iterations);
@@ -199,7 +196,7 @@ fn skipping_blocks_finds_what_plain_steps_find() {
             (false, true) => ties += 1,
             (false, false) => {
                 differ += 1;
-                println!("{:?} {:?} pass {}: {hit:?} {there:?}", ray.origin, ray.direction, ray.pass);
+                println!("{:?} {:?}: {hit:?} {there:?}", ray.origin, ray.direction);
             }
         }
     }
@@ -223,13 +220,13 @@ fn the_step_limit_is_never_reached() {
     let dust = dust.flat_map(|(x, y)| (0..size).map(move |z| IVec3::new(x, y, z)));
     let grid = CpuGrid::new(&layout, dust.filter(|c| (c.x - c.y).abs() > 2 || (c.x - c.z).abs() > 2));
     let d = Vec3::new(1.0, 0.999, 0.998).normalize();
-    let (hit, walk) = grid.trace(layout.origin, d, 100.0, 0);
+    let (hit, walk) = grid.trace(layout.origin, d, 100.0);
     println!("{} iterations, hit {hit:?}", walk.iterations);
     assert!(!walk.cut && walk.iterations > size as u32 && walk.iterations <= STEPS_PER_CELL * size as u32);
 }
 
 const TRACE: &str = "
-struct TestRay { origin: vec3f, t_max: f32, direction: vec3f, cells_to_pass: u32 }
+struct TestRay { origin: vec3f, t_max: f32, direction: vec3f, pad: u32, beside: vec3f }
 @group(2) @binding(0) var<storage, read> in_rays: array<TestRay>;
 @group(3) @binding(0) var<storage, read_write> out_hits: array<array<u32, 8>>;
 @group(3) @binding(1) var<storage, read_write> out_records: array<u32>;
@@ -237,31 +234,27 @@ struct TestRay { origin: vec3f, t_max: f32, direction: vec3f, cells_to_pass: u32
 fn trace(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= arrayLength(&in_rays)) { return; }
     let ray = in_rays[id.x];
-    let hit = grid_trace(ray.origin, ray.direction, ray.t_max, ray.cells_to_pass);
+    let hit = grid_trace(ray.origin, ray.direction, ray.t_max, ray.beside, GRID_BEHIND);
     out_hits[id.x] = array<u32, 8>(u32(hit.hit), bitcast<u32>(hit.distance), u32(hit.cell.x), u32(hit.cell.y),
         u32(hit.cell.z), hit.axis, hit.iterations, u32(hit.cut) + 2u * u32(grid_occupied(hit.cell)));
-    out_records[id.x] = select(0u, hit.record + 0u * grid_records[hit.record].x, hit.hit);
+    out_records[id.x] = select(0u, hit.record, hit.hit);
 }";
 
-#[test]
-fn the_device_walks_as_the_cpu_does() {
-    let Some(gpu) = gpu() else { return };
-    let layout = layout(150);
-    let cells = cells(&layout);
-    let grid = CpuGrid::new(&layout, cells.iter().copied());
-    let rays = rays(&layout, 200_000);
-    let words: Vec<[u32; 8]> = rays
+/// What the device meets of these rays: the shader's words, and the record.
+fn traced(gpu: &Gpu, grid: &CpuGrid, records: &[[u32; 4]], rays: &[Ray]) -> Vec<([u32; 8], u32)> {
+    let words: Vec<[u32; 12]> = rays
         .iter()
         .map(|r| {
-            let (o, d) = (r.origin.to_array().map(f32::to_bits), r.direction.to_array().map(f32::to_bits));
-            [o[0], o[1], o[2], r.t_max.to_bits(), d[0], d[1], d[2], r.pass]
+            let [o, d, b] =
+                [r.origin, r.direction, r.origin + r.beside].map(|v| v.to_array().map(f32::to_bits));
+            [o[0], o[1], o[2], r.t_max.to_bits(), d[0], d[1], d[2], 0, b[0], b[1], b[2], 0]
         })
         .collect();
     let kernel = Kernel::new(
-        &gpu,
+        gpu,
         &KernelDesc {
             name: "test/trace",
-            sources: &[GRID_WGSL, TRACE],
+            sources: &[surface::WGSL, GRID_WGSL, RecordLayout::FULL.sources()[0], TRACE_WGSL, TRACE],
             entry: "trace",
             workgroup: [64, 1, 1],
             bindings: &[
@@ -280,54 +273,78 @@ fn the_device_walks_as_the_cpu_does() {
     let uniform = gpu.buffer(Room::Voxels, "grid", size_of::<Grid>() as u64, usage).unwrap();
     gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&grid.grid));
     let structure = gpu.storage(Room::Voxels, "structure", &grid.structure).unwrap();
-    let records = gpu.storage(Room::Voxels, "records", &vec![[0u32; 4]; grid.voxel_count as usize]).unwrap();
+    let records = gpu.storage(Room::Voxels, "records", records).unwrap();
     let input = gpu.storage(Room::Frame, "rays", &words).unwrap();
-    let hits = gpu.storage(Room::Frame, "hits", &words).unwrap();
+    let hits = gpu.storage(Room::Frame, "hits", &vec![[0u32; 8]; rays.len()]).unwrap();
     let numbers = gpu.storage(Room::Frame, "numbers", &vec![0u32; rays.len()]).unwrap();
-    let mut recorder = Recorder::new(&gpu);
+    let mut recorder = Recorder::new(gpu);
     let resources = [&structure, &records, &uniform, &input, &hits, &numbers].map(|b| b.as_entire_binding());
     recorder.compute("test/trace", &kernel, &resources, [rays.len().div_ceil(64) as u32, 1, 1]);
     recorder.finish().unwrap();
     let hits: Vec<[u32; 8]> = gpu.read_buffer(&hits).unwrap();
     let numbers: Vec<u32> = gpu.read_buffer(&numbers).unwrap();
+    hits.into_iter().zip(numbers).collect()
+}
 
-    let (mut ties, mut differ) = (0, 0);
-    for ((ray, out), record) in rays.iter().zip(&hits).zip(numbers) {
-        let (hit, walk) = grid.trace(ray.origin, ray.direction, ray.t_max, ray.pass);
-        assert_eq!(out[7] & 1, 0, "a cut ray");
-        let there = (out[0] == 1).then(|| Hit {
-            distance: f32::from_bits(out[1]),
-            cell: IVec3::new(out[2] as i32, out[3] as i32, out[4] as i32),
-            record,
-            axis: out[5],
-        });
-        if let Some(there) = there {
-            assert!(out[7] == 2 && cells.contains(&there.cell), "{there:?} is not occupied");
-            assert_eq!(grid.record(there.cell), Some(there.record));
-        }
-        // A device may fuse o + t d into one rounding: distances then differ in the last bits, paths only where two
-        // exits are that close.
-        let same = match (hit, there) {
-            (Some(a), Some(b)) => {
-                (a.cell, a.axis) == (b.cell, b.axis)
-                    && (a.distance - b.distance).abs() <= 1e-5 * (1.0 + a.distance)
+#[test]
+fn the_device_meets_what_the_cpu_meets() {
+    let Some(gpu) = gpu() else { return };
+    let layout = layout(150);
+    let cells = cells(&layout);
+    let mut grid = CpuGrid::new(&layout, cells.iter().copied());
+    let rays = rays(&layout, 100_000);
+    let mut random = Random(5);
+    let planes: Vec<[u32; 4]> = (0..grid.voxel_count)
+        .map(|i| {
+            let surface = Surface {
+                normal: random.direction(),
+                contour: if i % 4 == 0 { CREASE } else { random.next() - 0.5 },
+                ..Surface::default()
+            };
+            surface.pack_voxel(i)
+        })
+        .collect();
+    let cubes = vec![[0, (CREASE_CODE as u32) << 24, 0, 0]; planes.len()];
+    for (name, records, contours) in [("cubes", &cubes, 0), ("sides", &planes, 0), ("planes", &planes, 1)] {
+        grid.grid.contours = contours;
+        let (mut ties, mut differ) = (0, 0);
+        for (ray, (out, record)) in rays.iter().zip(traced(&gpu, &grid, records, &rays)) {
+            let beside = ray.origin + ray.beside;
+            let (hit, walk) =
+                grid.trace_surfaces(records, ray.origin, ray.direction, ray.t_max, (beside, BEHIND));
+            assert_eq!(out[7] & 1, 0, "a cut ray");
+            let there = (out[0] == 1).then(|| Hit {
+                distance: f32::from_bits(out[1]),
+                cell: IVec3::new(out[2] as i32, out[3] as i32, out[4] as i32),
+                record,
+                axis: out[5],
+            });
+            if let Some(there) = there {
+                assert!(out[7] == 2 && cells.contains(&there.cell), "{there:?} is not occupied");
+                assert_eq!(grid.record(there.cell), Some(there.record));
             }
-            (None, None) => walk.iterations.abs_diff(out[6]) <= 2,
-            _ => false,
-        };
-        if !same {
-            if plain(&layout, &cells, ray).1 {
-                ties += 1;
-            } else {
-                differ += 1;
-                println!(
-                    "{:?} {:?}: {hit:?} {there:?} {} {}",
-                    ray.origin, ray.direction, walk.iterations, out[6]
-                );
+            // A device may fuse o + t d into one rounding: distances then differ in the last bits, paths only where two
+            // exits, or the two sides of a plane, are that close.
+            let same = match (hit.map(|met| met.hit), there) {
+                (Some(a), Some(b)) => {
+                    (a.cell, a.axis) == (b.cell, b.axis)
+                        && (a.distance - b.distance).abs() <= 1e-4 * (1.0 + a.distance)
+                }
+                (None, None) => walk.iterations.abs_diff(out[6]) <= 2,
+                _ => false,
+            };
+            if !same {
+                if contours == 1 || plain(&layout, &cells, ray).1 {
+                    ties += 1;
+                } else {
+                    differ += 1;
+                    println!("{:?} {:?}: {hit:?} {there:?}", ray.origin, ray.direction);
+                }
             }
         }
+        println!("{name}: {} rays, {ties} ties fell otherwise, {differ} differ", rays.len());
+        // A point on a plane to the last bit has no side: some rays in a hundred thousand.
+        assert!(differ <= rays.len() / 10_000, "{name}: {differ}");
+        assert!(ties < rays.len() / 50, "{name}: {ties}");
     }
-    println!("{} rays, {ties} ties fell otherwise, {differ} differ", rays.len());
-    assert_eq!(differ, 0);
-    assert!(ties < rays.len() / 50, "{ties}");
 }

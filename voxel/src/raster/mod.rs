@@ -24,6 +24,10 @@
 //!   until none stores anything: every round lowers each contended cell, so the end is the minimum whoever came first.
 //!   After [`MOST_ROUNDS`] one round of atomic minima finishes the rest. All are recorded at once; a word that says if the
 //!   last one stored anything arms the next, so that nobody waits to ask.
+//! - **Conservative** ([`Cover::Boxes`]): all cells that a triangle enters by 2^-12. Drawn are the columns of its box along
+//!   the dominant axis, and a fragment tests the up to three cells that the plane passes in its column, in all three
+//!   projections (Schwarz and Seidel 2010). The distance in a key is that of the triangle, in 1/72 cell.
+//! - **Bends**: a last draw compares each triangle with the winner ([`crate::bend`]).
 //! - **Holes**: where a material is masked or blended, its coverage is read at the point and the mip the voxel will
 //!   have. Less than half a step of the 4 bits that will store it is nothing.
 //!
@@ -37,6 +41,7 @@ pub mod reference;
 #[cfg(test)]
 mod tests;
 
+use crate::bend::{self, Bend};
 use crate::grid::GRID_WGSL;
 use crate::{Cover, Grid, resolve};
 use frame::scene_gpu::{GpuMesh, GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
@@ -88,6 +93,14 @@ frame::gpu_struct! {
         pub atomic_round: u32,
         /// 3, or 1 for the one the normal is longest on.
         pub axes: u32,
+        /// Of [`Bend`].
+        pub flat: f32,
+        /// Of [`Bend`].
+        pub apart: f32,
+        /// The first triangle that moves.
+        pub first_moving: u32,
+        /// WGSL rounds uniforms up.
+        pub _pad: u32,
     }
 }
 
@@ -107,10 +120,11 @@ frame::gpu_struct! {
 
 const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
-/// Both passes, each as a kernel for triangles without holes and, where the scene has any, one for those with holes.
+/// All passes, each as a kernel for triangles without holes and, where the scene has any, one for those with holes.
 pub(crate) struct Raster {
     mark: Vec<RasterKernel>,
     vote: Vec<RasterKernel>,
+    bend: Vec<RasterKernel>,
     arm: Kernel,
 }
 
@@ -155,21 +169,23 @@ pub(crate) struct Input<'a> {
     pub triangles: Range<u32>,
     pub uniform: &'a Buffer,
     pub target: &'a Texture,
-    /// [`Cover::Columns`] for what is drawn.
+    /// [`Cover::Columns`] or [`Cover::Boxes`] for what is drawn.
     pub cover: Cover,
+    pub bend: Bend,
 }
 
 impl Input<'_> {
     fn axis_count(&self) -> u32 {
         match self.cover {
-            Cover::Columns(Axes::Dominant) => 1,
+            Cover::Columns(Axes::Dominant) | Cover::Boxes => 1,
             _ => 3,
         }
     }
 
-    /// Three corners per triangle and axis; 9 x 2^24 is a u32.
+    /// Three corners per triangle and axis, or two triangles around all columns; 9 x 2^24 is a u32.
     fn vertices(&self) -> Range<u32> {
-        let per_triangle = 3 * self.axis_count();
+        let per_axis = if self.cover == Cover::Boxes { 6 } else { 3 };
+        let per_triangle = per_axis * self.axis_count();
         per_triangle * self.triangles.start..per_triangle * self.triangles.end
     }
 
@@ -201,7 +217,9 @@ impl Input<'_> {
 }
 
 impl Raster {
-    pub(crate) fn new(gpu: &Gpu, scene: &GpuScene) -> Result<Self, KernelError> {
+    /// For [`Cover::Columns`], or [`Cover::Boxes`].
+    pub(crate) fn new(gpu: &Gpu, scene: &GpuScene, boxes: bool) -> Result<Self, KernelError> {
+        let cells = if boxes { include_str!("conservative.inc.wgsl") } else { include_str!("thin.inc.wgsl") };
         let sources = [
             surface::WGSL,
             brdf::WGSL,
@@ -209,8 +227,10 @@ impl Raster {
             MATERIAL_WGSL,
             GRID_WGSL,
             resolve::POINT_WGSL,
+            bend::WGSL,
             CONSTANTS,
             include_str!("raster.wgsl"),
+            cells,
         ];
         let kernel = |name, fragment, after: &[Bind], holes: bool| {
             let mut constants = scene.mesh.layout.constants().to_vec();
@@ -238,15 +258,18 @@ impl Raster {
         };
         let grid = Bind::uniform::<Grid>(1, 18, "grid");
         let structure = Bind::storage_read(1, 16, "grid_structure");
-        let [marks, keys, changed] = [(0, "out_marks"), (1, "out_keys"), (2, "out_changed")]
-            .map(|(at, name)| Bind::storage(3, at, name));
+        let [marks, keys, changed, bends] =
+            [(0, "out_marks"), (1, "out_keys"), (2, "out_changed"), (3, "out_bends")]
+                .map(|(at, name)| Bind::storage(3, at, name));
         let variants = || std::iter::once(false).chain(scene.needs.coverage.then_some(true));
         let mark = |holes| kernel("voxel/raster/mark", "raster_mark", &[grid, marks], holes);
         let vote =
             |holes| kernel("voxel/raster/vote", "raster_vote", &[structure, grid, keys, changed], holes);
+        let bend = |holes| kernel("voxel/raster/bend", "raster_bend", &[structure, grid, keys, bends], holes);
         Ok(Self {
             mark: variants().map(mark).collect::<Result<_, _>>()?,
             vote: variants().map(vote).collect::<Result<_, _>>()?,
+            bend: variants().map(bend).collect::<Result<_, _>>()?,
             arm: Kernel::new(
                 gpu,
                 &KernelDesc {
@@ -300,8 +323,30 @@ impl Raster {
                 [&rounds.changed, &rounds.draw, &rounds.counts].map(|b| b.as_entire_binding());
             let pass = format!("{}/arm", input.stage);
             recorder.compute(&pass, &self.arm, &[arm.binding(), changed, draw, counts], [1, 1, 1]);
-            let params = RasterParams { first_slot, slot_count, atomic_round, axes: 0 };
+            let params = RasterParams { first_slot, slot_count, atomic_round, ..Default::default() };
             input.draw(recorder, "vote", &self.vote, params, &buffers, Some(&rounds.draw));
         }
+    }
+
+    /// Sets the bits of cells of a batch that are bent.
+    pub(crate) fn bend(
+        &self,
+        recorder: &mut Recorder<'_>,
+        input: &Input<'_>,
+        structure: &Buffer,
+        slots: Range<u32>,
+        keys: &Buffer,
+        bends: &Buffer,
+    ) {
+        let Bend { flat, apart } = input.bend;
+        let params = RasterParams {
+            first_slot: slots.start,
+            slot_count: slots.len() as u32,
+            flat,
+            apart,
+            first_moving: input.mesh.static_triangle_count,
+            ..Default::default()
+        };
+        input.draw(recorder, "bend", &self.bend, params, &[structure, input.uniform, keys, bends], None);
     }
 }

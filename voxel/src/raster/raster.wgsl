@@ -1,4 +1,5 @@
-// Marks bricks and votes for winners, one fragment per covered column. Rules and formulas: mod.rs beside this file.
+// Marks bricks, votes for winners and finds bends, per fragment the cells that a snippet finds: `RasterCorner`,
+// `raster_vertex`, `raster_cell`. Rules and formulas: mod.rs beside this file.
 
 struct RasterParams {
     // The slots of this batch.
@@ -8,6 +9,10 @@ struct RasterParams {
     atomic_round: u32,
     // Axes each triangle is projected along: 3, or 1 for the one its normal is longest on.
     axes: u32,
+    // Of bends.
+    flat: f32,
+    apart: f32,
+    first_moving: u32,
 }
 
 // Whether this kernel draws the triangles with masks and blends, or the others: software adapters run both sides of a
@@ -22,17 +27,11 @@ override raster_holes: bool = false;
 // 1 where some key became smaller in this round.
 @group(3) @binding(2) var<storage, read_write> out_changed: atomic<u32>;
 
-struct RasterCorner {
-    @builtin(position) position: vec4f,
-    @location(0) @interpolate(flat) triangle: u32,
-    // 0..2, the axis columns run along.
-    @location(1) @interpolate(flat) axis: u32,
-    // Column and depth of the first corner, cells.
-    @location(2) @interpolate(flat) base: vec3f,
-    // Cells of depth per column; distance from the plane per cell of depth.
-    @location(3) @interpolate(flat) slope: vec3f,
-    // Depth of the nearest and the farthest corner, cells.
-    @location(4) @interpolate(flat) range: vec2f,
+struct RasterCell {
+    inside: bool,
+    cell: vec3i,
+    // 6 bits, smaller is nearer to the cell's centre.
+    nearness: u32,
 }
 
 // Columns and depth of a point for an axis: (y, z, x), (z, x, y) or (x, y, z).
@@ -56,67 +55,6 @@ fn raster_is_finite(p: vec3f) -> bool {
     return all((bitcast<vec3u>(p) & vec3u(0x7f800000u)) != vec3u(0x7f800000u));
 }
 
-@vertex
-fn raster_vertex(@builtin(vertex_index) index: u32) -> RasterCorner {
-    let triangle = index / (3u * params.axes);
-    let vertices = mesh_triangle(triangle);
-    let a = raster_corner(vertices.x);
-    let b = raster_corner(vertices.y);
-    let c = raster_corner(vertices.z);
-    let n = cross(b - a, c - a);
-    let size = abs(n);
-    var out: RasterCorner;
-    out.triangle = triangle;
-    out.axis = 2u;
-    if (params.axes == 3u) {
-        out.axis = index / 3u % 3u;
-    } else if (size.x * RASTER_PREFERENCE >= max(size.y, size.z)) {
-        out.axis = 0u;
-    } else if (size.y * RASTER_PREFERENCE >= size.z) {
-        out.axis = 1u;
-    }
-    let normal = raster_turn(n, out.axis);
-    // Nothing to draw: the other kernel's, no area, or corners that are no numbers.
-    if (raster_has_holes(triangle) != raster_holes || normal.z == 0.0
-        || !raster_is_finite(a) || !raster_is_finite(b) || !raster_is_finite(c)) {
-        out.position = vec4f(0.0, 0.0, 0.5, 1.0);
-        return out;
-    }
-    let behind = vec3f(0.0, 0.0, select(RASTER_TIE, -RASTER_TIE, normal.z > 0.0));
-    let corners = array<vec3f, 3>(
-        raster_turn(a, out.axis) + behind,
-        raster_turn(b, out.axis) + behind,
-        raster_turn(c, out.axis) + behind,
-    );
-    out.base = corners[0];
-    out.slope = vec3f(-normal.xy / normal.z, abs(normal.z) / length(normal));
-    out.range = vec2f(
-        min(corners[0].z, min(corners[1].z, corners[2].z)),
-        max(corners[0].z, max(corners[1].z, corners[2].z)),
-    );
-    // One pixel per column, rows downwards.
-    let side = f32(max(grid.cells.x, max(grid.cells.y, grid.cells.z)));
-    let at = corners[index % 3u].xy * (2.0 / side);
-    out.position = vec4f(at.x - 1.0, 1.0 - at.y, 0.5, 1.0);
-    return out;
-}
-
-struct RasterCell {
-    inside: bool,
-    cell: vec3i,
-    // Distance of the plane from the cell's centre, 0..1/2.
-    miss: f32,
-}
-
-fn raster_cell(in: RasterCorner) -> RasterCell {
-    let column = floor(in.position.xy);
-    let depth = clamp(in.base.z + dot(in.slope.xy, column + 0.5 - in.base.xy), in.range.x, in.range.y);
-    let layer = floor(depth);
-    let cell = raster_turn_back(vec3i(vec3f(column, layer)), in.axis);
-    let inside = all(cell >= vec3i(0)) && all(cell < grid.cells);
-    return RasterCell(inside, cell, in.slope.z * abs(depth - layer - 0.5));
-}
-
 // 0 emits, 1 opaque, 2 lets something through; 3 is not there at all.
 fn raster_class(triangle: u32, cell: vec3i) -> u32 {
     let material = mesh_material(triangle);
@@ -136,7 +74,12 @@ fn raster_class(triangle: u32, cell: vec3i) -> u32 {
 
 @fragment
 fn raster_mark(in: RasterCorner) {
-    let found = raster_cell(in);
+    for (var i = 0u; i < raster_cell_count(in); i += 1u) {
+        raster_mark_cell(in, raster_cell(in, i));
+    }
+}
+
+fn raster_mark_cell(in: RasterCorner, found: RasterCell) {
     if (!found.inside || raster_class(in.triangle, found.cell) == 3u) {
         return;
     }
@@ -145,7 +88,12 @@ fn raster_mark(in: RasterCorner) {
 
 @fragment
 fn raster_vote(in: RasterCorner) {
-    let found = raster_cell(in);
+    for (var i = 0u; i < raster_cell_count(in); i += 1u) {
+        raster_vote_cell(in, raster_cell(in, i));
+    }
+}
+
+fn raster_vote_cell(in: RasterCorner, found: RasterCell) {
     if (!found.inside) {
         return;
     }
@@ -159,8 +107,7 @@ fn raster_vote(in: RasterCorner) {
     if (kind == 3u) {
         return;
     }
-    let nearness = min(u32(128.0 * found.miss), 63u);
-    let vote = ~((kind << 30u) | (nearness << 24u) | in.triangle);
+    let vote = ~((kind << 30u) | (found.nearness << 24u) | in.triangle);
     let at = GRID_BRICK_CELLS * local + grid_cell_index(found.cell);
     if (atomicLoad(&out_keys[at]) >= vote) {
         return;
@@ -171,4 +118,31 @@ fn raster_vote(in: RasterCorner) {
         atomicStore(&out_keys[at], vote);
     }
     atomicStore(&out_changed, 1u);
+}
+
+// Per cell of a batch a bit: it has no plane.
+@group(3) @binding(3) var<storage, read_write> out_bends: array<atomic<u32>>;
+
+@fragment
+fn raster_bend(in: RasterCorner) {
+    for (var i = 0u; i < raster_cell_count(in); i += 1u) {
+        raster_bend_cell(in, raster_cell(in, i));
+    }
+}
+
+fn raster_bend_cell(in: RasterCorner, found: RasterCell) {
+    if (!found.inside) {
+        return;
+    }
+    let entry = grid_entry(found.cell);
+    let slot = entry & GRID_SLOTS;
+    let local = slot - params.first_slot;
+    if (entry >= GRID_EMPTY || slot < params.first_slot || local >= params.slot_count) {
+        return;
+    }
+    let at = GRID_BRICK_CELLS * local + grid_cell_index(found.cell);
+    let bend = Bend(params.flat, params.apart, params.first_moving);
+    if (bend_is(bend, atomicLoad(&out_keys[at]), in.triangle, found.cell) && raster_class(in.triangle, found.cell) != 3u) {
+        atomicOr(&out_bends[at >> 5u], 1u << (at & 31u));
+    }
 }

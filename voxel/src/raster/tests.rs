@@ -116,7 +116,7 @@ fn a_closed_sphere_lets_no_ray_out() {
         let rays =
             (0..100_000).map(|_| (center + 0.4 * random.next() * random.direction(), random.direction()));
         let out = rays
-            .filter(|(origin, direction)| built.grid.trace(*origin, *direction, 10.0, 0).0.is_none())
+            .filter(|(origin, direction)| built.grid.trace(*origin, *direction, 10.0).0.is_none())
             .count();
         println!("{axes} axes: {} voxels, {out} of 100000 rays leave", built.voxels.voxel_count);
         (out, built.voxels.voxel_count)
@@ -193,7 +193,7 @@ fn what_has_no_extent_has_no_voxels_and_too_much_is_refused() {
     let mut voxelizer = Voxelizer::new(&gpu, &nothing).unwrap();
     let built = build(&gpu, &mut voxelizer, &nothing, Aabb::EMPTY, 64);
     assert_eq!((built.voxels.voxel_count, built.voxels.brick_count), (0, 0));
-    assert_eq!(built.grid.trace(Vec3::splat(-9.0), Vec3::ONE.normalize(), 99.0, 0).0, None);
+    assert_eq!(built.grid.trace(Vec3::splat(-9.0), Vec3::ONE.normalize(), 99.0).0, None);
 
     let broken =
         [[Vec3::ZERO; 3], [Vec3::NAN, Vec3::X, Vec3::Y], [Vec3::ZERO, Vec3::X * 1e-30, Vec3::Y * 1e30]];

@@ -13,6 +13,7 @@
 
 use crate::Grid;
 use crate::grid::GRID_WGSL;
+use crate::record::RecordLayout;
 use frame::scene_gpu::{GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
 use frame::{Bind, Gpu, Kernel, KernelDesc, KernelError, brdf, surface};
 
@@ -33,7 +34,7 @@ frame::gpu_struct! {
     }
 }
 
-/// Takes, in order: params, mesh (2), materials (11), grid, keys, bricks, list, records.
+/// Takes, in order: params, mesh (2), materials (11), grid, keys, bricks, list, bends, records.
 pub(crate) fn kernel(gpu: &Gpu, scene: &GpuScene) -> Result<Kernel, KernelError> {
     let mut bindings = vec![Bind::uniform::<ResolveParams>(0, 1, "params")];
     bindings.extend(MESH_BINDS);
@@ -43,21 +44,17 @@ pub(crate) fn kernel(gpu: &Gpu, scene: &GpuScene) -> Result<Kernel, KernelError>
         Bind::storage_read(2, 0, "in_keys"),
         Bind::storage_read(2, 1, "in_bricks"),
         Bind::storage_read(2, 2, "in_list"),
+        Bind::storage_read(2, 3, "in_bends"),
         Bind::storage(3, 0, "out_records"),
     ]);
+    let mut sources = vec![surface::WGSL, brdf::WGSL, MESH_WGSL, MATERIAL_WGSL, GRID_WGSL, POINT_WGSL];
+    sources.extend(RecordLayout::of(&scene.needs).stores());
+    sources.push(include_str!("resolve.wgsl"));
     Kernel::new(
         gpu,
         &KernelDesc {
             name: "voxel/resolve",
-            sources: &[
-                surface::WGSL,
-                brdf::WGSL,
-                MESH_WGSL,
-                MATERIAL_WGSL,
-                GRID_WGSL,
-                POINT_WGSL,
-                include_str!("resolve.wgsl"),
-            ],
+            sources: &sources,
             entry: "resolve",
             workgroup: [64, 1, 1],
             bindings: &bindings,

@@ -14,6 +14,9 @@
 //!   triangles vote against them. The key is the same total order as in a build and its minimum does not ask who came
 //!   first; so no history can show. (Lists of triangles per brick, the other way to have them, would be drawn anew each
 //!   frame; the keys are less: at 512 cells Sponza's are 8.6 MB, and nothing where nothing moves.)
+//! - **Bends** ([`crate::bend`]): a slot begins with those of what stands still, a bit per cell kept from the build. Cells
+//!   that a moving triangle won are bent where anything stands still in them; then only the moving triangles are compared
+//!   with the winners. A build finds the same, because what moves and what stands still are never one surface.
 //! - **All else is shared**: masks, scan, list, factors of emitters and resolve are those of the build, over these bricks.
 //! - **Waiting**: the number of bricks sizes the dispatches. It is asked for by [`Voxelizer::mark_moving`] and awaited by
 //!   [`Voxelizer::revoxelize`]: whoever has other work for the device records it in between. Nothing else is read back,
@@ -101,7 +104,7 @@ impl Voxelizer {
         rest.moving_bricks = moving_bricks;
         rest.grow(recorder, grid, rest.moving_bricks)?;
         let moves_light = rest.moves_light;
-        let merged = match moves_light {
+        let merged = match moves_light && !grid.contours {
             true => {
                 let of_mesh = mesh.static_triangle_count..mesh.triangle_count;
                 let counted = Emitters::count(gpu, scene, mesh, of_mesh, &rest.layout, self.cover())?;
@@ -134,8 +137,11 @@ impl Voxelizer {
         }
         if moves_light {
             recorder.flush();
-            let glowing = factors.as_ref().map(|factors| self.emitters.glowing(gpu, factors, grid));
-            grid.glowing = glowing.transpose()?.unwrap_or_default();
+            grid.glowing = match factors {
+                _ if grid.contours => Emitters::glowing_planes(gpu, &rest.layout, grid)?,
+                Some(factors) => self.emitters.glowing(gpu, factors, grid)?,
+                None => Vec::new(),
+            };
         }
         Ok(())
     }
@@ -149,7 +155,7 @@ impl Voxelizer {
     ) -> Input<'a> {
         let triangles = mesh.static_triangle_count..mesh.triangle_count;
         let (uniform, target, cover) = (&grid.uniform, &rest.target, self.cover());
-        Input { stage: STAGE, scene, mesh, triangles, uniform, target, cover }
+        Input { stage: STAGE, scene, mesh, triangles, uniform, target, cover, bend: self.bend() }
     }
 
     /// Winners and records of a run of slots of the second pool.
@@ -173,6 +179,8 @@ impl Voxelizer {
         revoxelizer.keys(recorder, grid, rest, scratch, slots.clone());
         let input = self.moving(scene, mesh, grid, rest);
         self.finders.vote(recorder, &input, found, structure, slots.clone(), &scratch.keys, &rest.rounds);
+        revoxelizer.bends(recorder, mesh, grid, rest, scratch, slots.clone());
+        self.finders.bend(recorder, &input, found, structure, slots.clone(), &scratch.keys, &scratch.bends);
         let batch = Batch { stage: STAGE, uniform, structure, slots: slots.clone() };
         self.structure.masks(recorder, &batch, &scratch.keys, &scratch.bricks, &scratch.counts);
         self.structure.scan(recorder, STAGE, &scratch.counts, count, &scratch.sums);
@@ -185,11 +193,11 @@ impl Voxelizer {
         let mut resources = vec![scratch.resolve.as_entire_binding()];
         resources.extend(mesh.resources());
         resources.extend(scene.material_resources());
-        let read = [uniform, &scratch.keys, &scratch.bricks, &scratch.list];
+        let read = [uniform, &scratch.keys, &scratch.bricks, &scratch.list, &scratch.bends];
         resources.extend(read.map(|b| b.as_entire_binding()));
         resources.push(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: &grid.records,
-            offset: 16 * u64::from(first_record),
+            offset: grid.record.bytes() * u64::from(first_record),
             size: None,
         }));
         let pass = format!("{STAGE}/resolve");

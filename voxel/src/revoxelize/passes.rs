@@ -21,6 +21,10 @@ frame::gpu_struct! {
         pub row: u32,
         /// Word that holds the sum of all.
         pub total_word: u32,
+        /// The first triangle that moves.
+        pub first_moving: u32,
+        /// WGSL rounds uniforms up.
+        pub _pad: [u32; 3],
     }
 }
 
@@ -42,6 +46,7 @@ frame::gpu_struct! {
 pub(crate) struct Revoxelizer {
     slots: Kernel,
     keys: Kernel,
+    bends: Kernel,
     keep: Kernel,
     size: Kernel,
     clip: Kernel,
@@ -72,6 +77,9 @@ impl Revoxelizer {
         let bricks = Bind::storage_read(2, 4, "in_bricks");
         let kept = Bind::storage_read(2, 5, "in_kept");
         let list = Bind::storage_read(2, 6, "in_list");
+        let in_bends = Bind::storage_read(2, 7, "in_bends");
+        let out_bends = Bind::storage(3, 8, "out_bends");
+        let of_structure = Bind::storage_read(1, 16, "grid_structure");
         let structure = Bind::storage(3, 0, "out_structure");
         let out_bricks = Bind::storage(3, 1, "out_bricks");
         let marks = Bind::storage(3, 2, "out_marks");
@@ -89,10 +97,11 @@ impl Revoxelizer {
                 64,
                 &[grid, home, before, blocks, structure, out_bricks, marks, counters],
             )?,
-            keys: kernel(
-                "revoxelize_keys",
+            keys: kernel("revoxelize_keys", 64, &[of_structure, grid, home, bricks, kept, out_keys])?,
+            bends: kernel(
+                "revoxelize_bends",
                 64,
-                &[Bind::storage_read(1, 16, "grid_structure"), grid, home, bricks, kept, out_keys],
+                &[of_structure, grid, home, keys, bricks, in_bends, out_bends],
             )?,
             keep: kernel("revoxelize_keep", 64, &[keys, list, out_kept])?,
             size: kernel("revoxelize_size", 1, &[blocks, counters, resolve, groups])?,
@@ -124,7 +133,7 @@ impl Revoxelizer {
         }
         let (workgroups, row) = rows(rest.brick_cells());
         let (count, first_slot) = (rest.brick_cells(), rest.brick_count);
-        let params = RevoxelizeParams { count, first_slot, row, total_word: 0 };
+        let params = RevoxelizeParams { count, first_slot, row, ..Default::default() };
         let Sums { before, blocks, .. } = &rest.sums;
         let read = [&grid.uniform, &rest.home, before, blocks];
         let written = [&grid.structure, &scratch.bricks, &rest.marks, &rest.counters];
@@ -144,6 +153,30 @@ impl Revoxelizer {
         let buffers =
             [&grid.structure, &grid.uniform, &rest.home, &scratch.bricks, &rest.keys, &scratch.keys];
         Self::run(recorder, "keys", &self.keys, params, &buffers, [slots.len() as u32, 1, 1]);
+    }
+
+    /// Says of a batch which cells are bent, moving triangles in cells that others won left out.
+    pub(super) fn bends(
+        &self,
+        recorder: &mut Recorder<'_>,
+        mesh: &GpuMesh,
+        grid: &VoxelGrid,
+        rest: &Rest,
+        scratch: &Scratch,
+        slots: Range<u32>,
+    ) {
+        let first_moving = mesh.static_triangle_count;
+        let params = RevoxelizeParams { first_slot: slots.start, first_moving, ..Default::default() };
+        let buffers = [
+            &grid.structure,
+            &grid.uniform,
+            &rest.home,
+            &scratch.keys,
+            &scratch.bricks,
+            &rest.bends,
+            &scratch.bends,
+        ];
+        Self::run(recorder, "bends", &self.bends, params, &buffers, [slots.len() as u32, 1, 1]);
     }
 
     /// Sizes the resolve of a batch by its voxels.

@@ -2,6 +2,7 @@
 
 use super::MOST_SLOTS;
 use crate::VoxelGrid;
+use crate::bend::BEND_WORDS;
 use crate::cover::Found;
 use crate::emitters::{Counted, Factors};
 use crate::grid::{BRICK_CELLS, Layout};
@@ -13,8 +14,8 @@ use frame::{Buffer, FrameLog, Gpu, GpuError, Recorder, Room, Texture};
 use std::sync::mpsc::Receiver;
 use wgpu::BufferUsages;
 
-/// Records begin at multiples of this many: buffers are bound at multiples of 256 bytes.
-const RECORD_ALIGNMENT: u32 = 16;
+/// Records begin at multiples of this many, 8 to 16 bytes each: buffers are bound at multiples of 256 bytes.
+const RECORD_ALIGNMENT: u32 = 64;
 
 /// Names of the counters, in the order of `out_counters` in `revoxelize.wgsl`.
 pub(super) const COUNTERS: [&str; 4] = ["dirty_bricks", COVERED_BRICKS, COVERED_VOXELS, MOVING_VOXELS];
@@ -37,6 +38,8 @@ pub struct Rest {
     pub(super) home: Buffer,
     /// The winner of each voxel.
     pub(super) keys: Buffer,
+    /// A bit per cell of each brick: it is bent.
+    pub(super) bends: Buffer,
     pub(super) counted: Vec<Counted>,
     pub(super) factors: Option<Factors>,
     pub(super) target: Texture,
@@ -92,6 +95,7 @@ pub(super) struct Scratch {
     /// Brick cell by slot, those of the first pool left out.
     pub(super) bricks: Buffer,
     pub(super) keys: Buffer,
+    pub(super) bends: Buffer,
     pub(super) counts: Buffer,
     pub(super) sums: Sums,
     pub(super) list: Buffer,
@@ -107,6 +111,7 @@ impl Scratch {
         Ok(Self {
             bricks: words(gpu, "Revoxelizer::bricks", u64::from(first_slot + capacity))?,
             keys: words(gpu, "Revoxelizer::keys", cells)?,
+            bends: words(gpu, "Revoxelizer::bends", u64::from(BEND_WORDS) * u64::from(slots))?,
             counts: words(gpu, "Revoxelizer::counts", u64::from(slots))?,
             sums: Sums::new(gpu, Room::Voxels, slots)?,
             list: words(gpu, "Revoxelizer::list", 2 * cells)?,
@@ -123,7 +128,7 @@ impl Rest {
         layout: &Layout,
         mesh: &GpuMesh,
         grid: &VoxelGrid,
-        keys: Buffer,
+        [keys, bends]: [Buffer; 2],
         counted: Vec<Counted>,
         factors: Option<Factors>,
     ) -> Result<Self, GpuError> {
@@ -143,6 +148,7 @@ impl Rest {
             capacity: 0,
             home,
             keys,
+            bends,
             counted,
             factors,
             target: Raster::target(gpu, layout.longest())?,
@@ -210,16 +216,16 @@ impl Rest {
         }
         let gpu = recorder.gpu();
         // A quarter to spare, unless that would be what no longer fits.
-        let allowed = gpu.device.limits().max_storage_buffer_binding_size / 16;
+        let allowed = gpu.device.limits().max_storage_buffer_binding_size / grid.record.bytes();
         let fits = allowed.saturating_sub(self.first_moving_record().into()) / u64::from(BRICK_CELLS);
         let spare = (slots + slots / 4).next_multiple_of(64);
         let capacity = spare.min(u32::try_from(fits).unwrap_or(u32::MAX)).max(slots);
         let structure =
             words(gpu, "VoxelGrid::structure", self.layout.structure_words(self.brick_count + capacity))?;
         let records = u64::from(self.first_moving_record()) + u64::from(BRICK_CELLS) * u64::from(capacity);
-        let records = words(gpu, "VoxelGrid::records", 4 * records)?;
+        let records = words(gpu, "VoxelGrid::records", u64::from(grid.record.words()) * records)?;
         recorder.copy_buffer(&grid.structure, &structure, 4 * self.layout.structure_words(self.brick_count));
-        recorder.copy_buffer(&grid.records, &records, 16 * u64::from(self.voxel_count));
+        recorder.copy_buffer(&grid.records, &records, grid.record.bytes() * u64::from(self.voxel_count));
         self.scratch = Some(Scratch::new(gpu, self.brick_count, capacity)?);
         (grid.structure, grid.records, self.capacity) = (structure, records, capacity);
         Ok(())

@@ -9,6 +9,7 @@ struct RevoxelizeParams {
     row: u32,
     // Word of in_blocks that holds the sum of all.
     total_word: u32,
+    first_moving: u32,
 }
 
 @group(0) @binding(1) var<uniform> params: RevoxelizeParams;
@@ -24,6 +25,8 @@ struct RevoxelizeParams {
 @group(2) @binding(5) var<storage, read> in_kept: array<u32>;
 // As structure.wgsl fills it.
 @group(2) @binding(6) var<storage, read> in_list: array<vec2u>;
+// By brick of what stands still, a bit per cell: it is bent.
+@group(2) @binding(7) var<storage, read> in_bends: array<u32>;
 @group(3) @binding(0) var<storage, read_write> out_structure: array<u32>;
 @group(3) @binding(1) var<storage, read_write> out_bricks: array<u32>;
 // Per brick cell, in: 1 where something moves; out: 1 where something is.
@@ -36,6 +39,9 @@ struct RevoxelizeParams {
 @group(3) @binding(6) var<storage, read_write> out_resolve: vec4u;
 // Workgroups of the resolve.
 @group(3) @binding(7) var<storage, read_write> out_groups: array<u32, 3>;
+
+// The same by brick of the batch.
+@group(3) @binding(8) var<storage, read_write> out_bends: array<u32>;
 
 const REVOXELIZE_DIRTY = 0u;
 const REVOXELIZE_COVERED_BRICKS = 2u;
@@ -94,6 +100,32 @@ fn revoxelize_keys(@builtin(local_invocation_index) bit: u32, @builtin(workgroup
         }
         out_keys[GRID_BRICK_CELLS * group.x + 64u * part + bit] = key;
     }
+}
+
+// One workgroup per brick of the batch, one invocation per word of its bends: those of what stands still, but for cells
+// that something moving won, which are bent if they were not empty and it lets no light through.
+@compute @workgroup_size(64)
+fn revoxelize_bends(@builtin(local_invocation_index) word: u32, @builtin(workgroup_id) group: vec3u) {
+    if (word >= GRID_BRICK_CELLS / 32u) {
+        return;
+    }
+    let home = in_home[in_bricks[params.first_slot + group.x]];
+    let slot = home & GRID_SLOTS;
+    var rest = 0u;
+    var bends = 0u;
+    if (home < GRID_EMPTY) {
+        rest = grid_structure[grid.bricks_at + GRID_BRICK_WORDS * slot + word];
+        bends = in_bends[GRID_BRICK_CELLS / 32u * slot + word];
+    }
+    for (var i = 0u; i < 32u; i += 1u) {
+        let stored = in_keys[GRID_BRICK_CELLS * group.x + 32u * word + i];
+        let is_won = stored != 0u && (~stored & 0xffffffu) >= params.first_moving;
+        if (is_won) {
+            let is_bent = (~stored >> 30u) != 2u && ((rest >> i) & 1u) != 0u;
+            bends = (bends & ~(1u << i)) | (select(0u, 1u, is_bent) << i);
+        }
+    }
+    out_bends[GRID_BRICK_CELLS / 32u * group.x + word] = bends;
 }
 
 // One invocation per voxel of a batch of what stands still.

@@ -60,7 +60,7 @@ fn assert_equal(name: &str, gpu: &Gpu, followed: &mut Followed, scene: &GpuScene
         let o = built.layout.origin
             + built.layout.voxel_size * random.point() * Vec3::from(built.layout.cells.map(|n| n as f32));
         let d = random.direction();
-        let (a, b) = (is.grid.trace(o, d, 1e4, 0), built.grid.trace(o, d, 1e4, 0));
+        let (a, b) = (is.grid.trace(o, d, 1e4), built.grid.trace(o, d, 1e4));
         let of = |built: &Built, hit: Option<crate::grid::reference::Hit>| {
             hit.map(|hit| (hit.cell, hit.distance.to_bits(), hit.axis, built.records[hit.record as usize]))
         };
@@ -110,7 +110,10 @@ fn any_sequence_of_motions_gives_the_voxels_of_a_build() {
     let mut now = rest.clone();
     let mut scene = upload_geometry(&gpu, &parts, &now);
     let conservative = [("voxelizer", "compute"), ("cover", "conservative")];
-    for (cells, knobs) in [(61, &[][..]), (100, &[]), (70, &conservative[..1]), (50, &conservative)] {
+    let contours = [("contours", "on")];
+    for (cells, knobs) in
+        [(61, &[][..]), (100, &[]), (70, &conservative[..1]), (50, &conservative), (64, &contours)]
+    {
         let mut followed = Followed::new(&gpu, &scene, UNIT, cells, knobs);
         let mut random = Random(cells);
         for step in 0..8 {

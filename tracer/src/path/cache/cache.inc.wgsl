@@ -7,6 +7,12 @@
 const CACHE_WORDS = 10u;
 const CACHE_KEYS = 8u;
 
+// What a path came in through, beside the axis of a cell's face: the plane within, a face that looks along the axis
+// backwards, a face that is the surface itself.
+const CACHE_PLANE = 3u;
+const CACHE_NEGATIVE = 4u;
+const CACHE_CUBE = 8u;
+
 fn cache_slot(hit: Hit) -> u32 {
     return 2u * hit.record + select(1u, 0u, hit.front);
 }
@@ -42,7 +48,11 @@ fn cache_offer(path: ptr<function, Path>, hit: Hit, point: vec3f, pixel: vec2u) 
     let slot = cache_slot(hit);
     atomicMax(&cache[cache_key_at(slot)], cache_key(pixel));
     (*path).feed = slot + 1u;
-    (*path).feed_entry = select(select(2u, 1u, abs(hit.entry.y) > 0.5), 0u, abs(hit.entry.x) > 0.5)
-        | select(0u, 4u, hit.entry.x + hit.entry.y + hit.entry.z < 0.0);
-    (*path).origin = point;
+    let axis = select(select(2u, 1u, abs(hit.entry.y) > 0.5), 0u, abs(hit.entry.x) > 0.5);
+    (*path).feed_entry = select(CACHE_PLANE, axis, hit.at_face)
+        | select(0u, CACHE_NEGATIVE, hit.entry.x + hit.entry.y + hit.entry.z < 0.0)
+        | select(0u, CACHE_CUBE, all(hit.entry == hit.face));
+    // Just inside, so that it names the cell.
+    (*path).origin = hit_pass(point, hit, (*path).direction);
+    path_leaves(path, hit.own);
 }

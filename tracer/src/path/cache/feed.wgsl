@@ -4,20 +4,31 @@
 const FEED_BLOCK = 0x18000000u;
 
 fn feed_start(path: ptr<function, Path>, slot: u32, pixel: vec2u) -> vec3f {
-    var surface = path_surface(surface_unpack_voxel(grid_records[slot >> 1u]));
+    var surface = path_surface(surface_unpack_voxel(record_words(slot >> 1u)));
     if ((slot & 1u) == 1u) {
         surface.normal = -surface.normal;
         surface.handedness = -surface.handedness;
     }
+    let entry = (*path).feed_entry;
+    var hit: Hit;
+    hit.at_face = (entry & 3u) != CACHE_PLANE;
+    hit.entry = surface.normal;
+    if (hit.at_face) {
+        hit.entry = vec3f(0.0);
+        hit.entry[entry & 3u] = select(1.0, -1.0, (entry & CACHE_NEGATIVE) != 0u);
+    }
+    if (hit.at_face && (entry & CACHE_CUBE) != 0u) {
+        surface.normal = hit.entry;
+        surface.tangent = surface_basis(surface_normal_pack(surface.normal)).first;
+    }
+    hit.face = surface.normal;
+    hit.cell = vec3i(floor(((*path).origin - grid.origin) / grid.voxel_size));
+    hit.own = vec2u((*path).own_x, (*path).own_y);
     // Nothing depends on where it is seen from but a factor, which is left out.
     let wo = surface.normal;
     brdf_look(surface, wo);
     let point = (*path).origin;
     noise_point = point;
-    var hit: Hit;
-    hit.face = surface.normal;
-    hit.entry[(*path).feed_entry & 3u] = select(1.0, -1.0, ((*path).feed_entry & 4u) != 0u);
-    hit.own = vec2u((*path).own_x, (*path).own_y);
     let serial = params.first_sample;
 
     var found = vec3f(0.0);

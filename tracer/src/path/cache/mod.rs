@@ -61,7 +61,7 @@ impl RadianceCache {
     /// Out of memory, or more records than a binding holds entries of.
     pub fn new(gpu: &Gpu, grid: &VoxelGrid) -> Result<Self, GpuError> {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-        let records = grid.records.bytes() / 16;
+        let records = grid.records.bytes() / grid.record.bytes();
         Ok(Self {
             entries: gpu.buffer(Room::Radiance, "RadianceCache", ENTRY_BYTES * records.max(1), usage)?,
         })
@@ -69,7 +69,7 @@ impl RadianceCache {
 
     /// Whether it has an entry for each of a grid's records.
     pub fn is_for(&self, grid: &VoxelGrid) -> bool {
-        self.entries.bytes() == ENTRY_BYTES * (grid.records.bytes() / 16).max(1)
+        self.entries.bytes() == ENTRY_BYTES * (grid.records.bytes() / grid.record.bytes()).max(1)
     }
 
     /// Forgets the light of all records from this one on: they are other voxels now.

@@ -226,7 +226,10 @@ fn clear_glass_neither_adds_light_nor_takes_it() {
     let glass = Surface { transmission: 1.0, f0: 0.04, roughness: Vec2::ZERO, ..Surface::default() };
     let mut slab = Model::new(24);
     for cell in cells([0, 3, 0], [24, 9, 24]).filter(|c| c.y == 3 || c.y == 8) {
-        slab.set(cell, &Surface { normal: if cell.y == 8 { Vec3::Y } else { Vec3::NEG_Y }, ..glass });
+        slab.set(
+            cell,
+            &Surface { normal: if cell.y == 8 { Vec3::Y } else { Vec3::NEG_Y }, contour: 0.5, ..glass },
+        );
     }
     let mut block = Model::new(24);
     block.block([6, 4, 6], [18, 14, 18], &glass);

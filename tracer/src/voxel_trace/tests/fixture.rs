@@ -17,9 +17,9 @@ use half::f16;
 use scene::{Camera, PunctualLight, Sky, Sun};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use voxel::VoxelGrid;
 use voxel::grid::reference::CpuGrid;
 use voxel::grid::{Glowing, Layout};
+use voxel::{RecordLayout, VoxelGrid};
 
 /// Metres; nothing special.
 pub const VOXEL: f32 = 0.2;
@@ -80,14 +80,16 @@ impl Model {
         }
     }
 
-    /// The shell of a block, its normals outwards; slanted along edges, as a voxelizer that averages would leave them.
+    /// The shell of a block, faces on the outer sides of cells, normals outwards; one face has the edge.
     pub fn block(&mut self, low: [i32; 3], high: [i32; 3], surface: &Surface) {
         let (first, last) = (IVec3::from(low), IVec3::from(high) - 1);
         for cell in cells(low, high) {
             let side = |m: glam::BVec3| Vec3::select(m, Vec3::ONE, Vec3::ZERO);
             let normal = side(cell.cmpeq(last)) - side(cell.cmpeq(first));
             if normal != Vec3::ZERO {
-                self.set(cell, &Surface { normal: normal.normalize(), ..*surface });
+                let axis = (0..3).find(|k| normal[*k] != 0.0).unwrap_or(0);
+                let normal = Vec3::AXES[axis] * normal[axis];
+                self.set(cell, &Surface { normal, contour: 0.5, ..*surface });
             }
         }
     }
@@ -279,6 +281,8 @@ impl Fixture {
             structure: gpu.storage(Room::Voxels, "structure", &voxels.grid.structure).unwrap(),
             records: gpu.storage(Room::Voxels, "records", &voxels.records).unwrap(),
             uniform: gpu.buffer(Room::Voxels, "uniform", size_of_val(grid) as u64, usage).unwrap(),
+            record: RecordLayout::FULL,
+            contours: grid.contours != 0,
             voxel_count: voxels.grid.voxel_count,
             brick_count: 0,
             glowing: glowing(voxels),

@@ -19,9 +19,11 @@ fn rasterised(solve: impl Fn(usize, Vec3) -> Vec<(f32, Vec3)>) -> CpuVoxels {
             (cell[(axis + 1) % 3], cell[(axis + 2) % 3]) = (u, v);
             for (depth, normal) in solve(axis, cell.as_vec3() + 0.5 - MIDDLE) {
                 cell[axis] = (MIDDLE + depth).floor() as i32;
+                let height = MIDDLE + depth - cell[axis] as f32 - 0.5;
                 let is_dominant = normal[axis].abs() >= normal.abs().max_element() - 1e-6;
                 if is_dominant && (0..SIZE).contains(&cell[axis]) {
-                    model.set(cell, &Surface { normal, ..Surface::default() });
+                    let contour = normal[axis] * height;
+                    model.set(cell, &Surface { normal, contour, ..Surface::default() });
                 }
             }
         }
@@ -62,12 +64,11 @@ fn direction(counter: &mut u32) -> Vec3 {
     Vec3::new(radius * cos, radius * sin, z)
 }
 
-/// Share of rays by the cosine about a voxel's normal that meet its own convex surface again, with and without the
-/// rule that knows it.
-fn met_again(voxels: &CpuVoxels) -> [f64; 2] {
+/// Share of rays by the cosine about a voxel's normal that meet its own convex surface again.
+fn met_again(voxels: &CpuVoxels) -> f64 {
     let (mut counter, mut tally) = (0, Tally::default());
     let middle = at(MIDDLE, MIDDLE, MIDDLE);
-    let (mut all, mut met) = (0, [0, 0]);
+    let (mut all, mut met) = (0, 0);
     while all < 10_000 {
         let origin = middle + 24.0 * direction(&mut counter);
         let towards = (middle + 3.0 * direction(&mut counter) - origin).normalize();
@@ -80,18 +81,10 @@ fn met_again(voxels: &CpuVoxels) -> [f64; 2] {
         all += 1;
         let wi = (hit.face + direction(&mut counter)).normalize();
         let start = voxels.leave(origin + hit.distance * towards, &hit, wi);
-        for (rule, own) in [hit.own, NO_OWN].into_iter().enumerate() {
-            let mut ray = Ray { origin: start, direction: wi, distance: 1e3, own };
-            let mut again = voxels.trace(&ray, &mut tally);
-            for _ in 0..16 {
-                let Some(passed) = again.filter(|hit| hit.again) else { break };
-                ray.origin = voxels.pass(ray.origin + passed.distance * wi, &passed);
-                again = voxels.trace(&ray, &mut tally);
-            }
-            met[rule] += u32::from(again.is_some());
-        }
+        let ray = Ray { origin: start, direction: wi, distance: 1e3, own: hit.leaves(wi) };
+        met += u32::from(voxels.trace(&ray, &mut tally).is_some());
     }
-    met.map(|count| f64::from(count) / f64::from(all))
+    f64::from(met) / f64::from(all)
 }
 
 #[test]
@@ -100,12 +93,9 @@ fn a_ray_leaves_the_sheet_it_starts_in() {
     let slopes = [Vec3::Y, Vec3::new(0.3, 1.0, 0.0), Vec3::new(0.7, 1.0, 0.4), Vec3::new(1.0, 1.0, 1.001)];
     let planes = slopes.map(|normal| (format!("plane {normal}"), plane(normal)));
     for (name, voxels) in balls.into_iter().chain(planes) {
-        let [with, without] = met_again(&voxels);
-        println!(
-            "{name}: {:.3} % meet it again, {:.2} % by leaving two cells alone",
-            100.0 * with,
-            100.0 * without
-        );
-        assert!(with < 1e-3, "{name}: {with}");
+        let met = met_again(&voxels);
+        println!("{name}: {:.3} % meet it again", 100.0 * met);
+        // On a ball of four voxels planes of cells two voxels apart are half a voxel off each other's points.
+        assert!(met < 3e-3, "{name}: {met}");
     }
 }

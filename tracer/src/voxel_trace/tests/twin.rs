@@ -112,12 +112,13 @@ fn compare(traced: &Traced, twin: &[Pixel]) {
 #[test]
 fn the_shader_agrees_with_its_twin_in_a_closed_room() {
     let fixture = fixture(Sky::Constant(Vec3::ZERO), None, &lights());
-    let voxels = room().build();
+    let mut voxels = room().build();
     let texels = fixture.gbuffer(&voxels);
-    for settings in [
+    for (contours, settings) in [0, 1].into_iter().zip([
         PathSettings { spp: 4, build: chance(), ..PathSettings::default() },
         PathSettings { spp: 2, bounces: None, roulette_from: 3, build: chance(), ..PathSettings::default() },
-    ] {
+    ]) {
+        voxels.grid.grid.contours = contours;
         let traced = fixture.traced(&voxels, &texels, &settings);
         let (twin, tally) = fixture.twin(&voxels, &texels, &settings);
         compare(&traced, &twin);
