@@ -6,6 +6,7 @@
 mod browser;
 mod cli;
 mod compare;
+mod counts;
 mod denoise;
 mod furnace;
 mod metrics;
@@ -13,4 +14,5 @@ mod motion;
 mod radiometry;
 mod references;
 mod scenes;
+mod steady;
 mod support;
