@@ -1,7 +1,7 @@
 //! The CPU half: the same tests in f64, without allowance for rounding, over all cells of a triangle's box.
 
 use crate::grid::Layout;
-use crate::raster::{GRAIN, PREFERENCE, TIE};
+use crate::raster::{PREFERENCE, TIE};
 use glam::{DVec3, IVec3, Vec3};
 
 /// Of f32 products, with the sums they go into.
@@ -20,12 +20,11 @@ pub struct Sat {
 impl Sat {
     /// From corners in the world, m; none without an area or where a corner is no number.
     pub fn new(layout: &Layout, corners: [Vec3; 3], is_thin: bool) -> Option<Self> {
-        let moved =
-            corners.map(|p| ((p - layout.origin) / layout.voxel_size * GRAIN).map(f32::round_ties_even));
+        let moved = corners.map(|p| layout.moved(p));
         if moved.iter().any(|p| !p.is_finite() || p.abs().max_element() >= 1e18) {
             return None;
         }
-        let mut corners = moved.map(|p| (p / GRAIN).as_dvec3());
+        let mut corners = moved.map(|p| p.as_dvec3());
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let (size, preference) = (normal.abs(), f64::from(PREFERENCE));
         let axis = match () {
