@@ -2,8 +2,8 @@
 //! 100 m takes.
 #![allow(clippy::unwrap_used)]
 
-use super::Level;
-use crate::grid::LEVELS;
+use super::{Cascades, Level};
+use crate::grid::{Grid, LEVELS};
 use crate::test_scenes::{Part, Random, gpu, quad, soup, sphere, upload};
 use crate::{LEVELS_BINDS, LEVELS_WGSL, RecordLayout, TRACE_LEVELS_WGSL, VoxelError, VoxelGrid, Voxelizer};
 use frame::scene_gpu::GpuScene;
@@ -22,15 +22,9 @@ fn voxelizer(gpu: &Gpu, scene: &GpuScene, knobs: &[(&str, &str)]) -> Voxelizer {
 }
 
 /// Everything that tracers read.
-fn words(gpu: &Gpu, grid: &VoxelGrid) -> [Vec<u32>; 3] {
-    [&grid.structure, &grid.records, &grid.uniform].map(|buffer| {
-        let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-        let copy = gpu.buffer(Room::Frame, "copy", buffer.bytes(), usage).unwrap();
-        let mut recorder = Recorder::new(gpu);
-        recorder.copy_buffer(buffer, &copy, buffer.bytes());
-        recorder.finish().unwrap();
-        gpu.read_buffer(&copy).unwrap()
-    })
+fn words(gpu: &Gpu, grid: &VoxelGrid, cascades: &Cascades) -> ([Vec<u32>; 2], Vec<Grid>) {
+    let uniforms = cascades.levels.iter().enumerate().map(|(number, level)| cascades.uniform(number, level));
+    ([&grid.structure, &grid.records].map(|buffer| gpu.read_buffer(buffer).unwrap()), uniforms.collect())
 }
 
 #[test]
@@ -64,8 +58,10 @@ fn levels_that_moved_are_those_that_a_build_there_gives() {
             let log = moving.follow(&gpu, &scene, &scene.mesh, &mut grid, &mut cascades, eye).unwrap();
             assert_eq!((log.is_some(), cascades.moves(eye)), (before, false));
             moves += usize::from(before);
-            let (built, _, all) = fresh.voxelize_levels(&gpu, &scene, &scene.mesh, UNIT, 48, eye).unwrap();
-            assert_eq!(words(&gpu, &grid), words(&gpu, &built), "{cover}, step {step}");
+            let (built, there, all) =
+                fresh.voxelize_levels(&gpu, &scene, &scene.mesh, UNIT, 48, eye).unwrap();
+            let (is, expected) = (words(&gpu, &grid, &cascades), words(&gpu, &built, &there));
+            assert!(is == expected, "{cover}, step {step}");
             assert_eq!(grid.glowing, built.glowing, "{cover}, step {step}");
             assert_eq!((grid.voxel_count, grid.brick_count), (built.voxel_count, built.brick_count));
             if let Some(log) = log.filter(|_| reach == 0.1) {
@@ -183,21 +179,28 @@ fn rays_through_levels_meet_what_rays_meet_of_triangles() {
     let scene = upload(&gpu, &[(Material::lambert("", Vec3::splat(0.5)), triangles.clone())]);
     let of_f64: Vec<[DVec3; 3]> = triangles.iter().map(|t| t.map(|p| p.as_dvec3())).collect();
     let mut voxelizer = voxelizer(&gpu, &scene, &[("cascades", "4"), ("cover", "conservative")]);
-    let eye = Vec3::new(0.42, 0.45, 0.4);
+    // Close to the small ball.
+    let eye = Vec3::new(0.36, 0.7, 0.7);
     let (grid, cascades, _) = voxelizer.voxelize_levels(&gpu, &scene, &scene.mesh, UNIT, 48, eye).unwrap();
     let mut random = Random(3);
-    let rays: Vec<(Vec3, Vec3)> = std::iter::repeat_with(|| (random.point(), random.direction()))
-        .filter(|(o, _)| {
-            // In the free room, three of the coarsest voxels off all walls: what it starts in is not asked here.
-            let free = of_f64.iter().map(|t| away(*t, o.as_dvec3())).fold(f64::MAX, f64::min);
-            let within = |center: Vec3, radius: f32| o.distance(center) < radius;
-            let is_inside = within(Vec3::splat(0.5), 0.47)
-                && !within(Vec3::new(0.62, 0.35, 0.5), 0.17)
-                && !within(Vec3::new(0.3, 0.7, 0.7), 0.05);
-            is_inside && free > 3.0 * f64::from(grid.voxel_size)
-        })
-        .take(20_000)
-        .collect();
+    // In the free room, three of the coarsest voxels off all walls: what it starts in is not asked here.
+    let is_free = |o: Vec3| {
+        let free = of_f64.iter().map(|t| away(*t, o.as_dvec3())).fold(f64::MAX, f64::min);
+        let within = |center: Vec3, radius: f32| o.distance(center) < radius;
+        let is_inside = within(Vec3::splat(0.5), 0.47)
+            && !within(Vec3::new(0.62, 0.35, 0.5), 0.17)
+            && !within(Vec3::new(0.3, 0.7, 0.7), 0.05);
+        is_inside && free > 3.0 * f64::from(grid.voxel_size)
+    };
+    let mut rays: Vec<(Vec3, Vec3)> = Vec::new();
+    while rays.len() < 20_000 {
+        let o = random.point();
+        if is_free(o) {
+            // Anywhere, and to where the fine levels are.
+            let near = eye + 0.15 * (random.point() - 0.5);
+            rays.extend([(o, random.direction()), (o, (near - o).normalize())]);
+        }
+    }
     let hits = traced(&gpu, &grid, &rays);
     let mut by_level = [0; LEVELS as usize];
     let (mut late, mut early) = (0, 0);
@@ -213,7 +216,11 @@ fn rays_through_levels_meet_what_rays_meet_of_triangles() {
         let distance = f64::from(distance);
         // Rounding of positions: 2^-20 of the room. Where a ray changes levels within a cell, it may be as late as that is
         // long.
-        late += usize::from(distance > t + 1.75 * voxel_size);
+        let is_late = distance > t + 1.75 * voxel_size;
+        late += usize::from(is_late);
+        if is_late {
+            println!("{o} {d}: {distance} m in level {level}, {t} m to a triangle");
+        }
         // Somewhere in the cube that was met there is a surface.
         let point = o + distance * d;
         let nearest = of_f64.iter().map(|t| away(*t, point)).fold(f64::MAX, f64::min);
@@ -221,7 +228,7 @@ fn rays_through_levels_meet_what_rays_meet_of_triangles() {
     }
     println!("hits by level {by_level:?}; late {late}, early {early}");
     assert_eq!((late, early), (0, 0));
-    assert!(by_level[4..].iter().all(|n| *n > 500), "{by_level:?}");
+    assert!(by_level[4..].iter().all(|n| *n > 200), "{by_level:?}");
     assert_eq!(cascades.levels.len(), 4);
 }
 

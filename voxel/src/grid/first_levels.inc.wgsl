@@ -103,6 +103,7 @@ fn grid_first(origin: vec3f, direction: vec3f, t_max: f32, beside: vec3f, behind
     hit.distance = t_max;
     hit.axis = 3u;
     var side = beside;
+    var tolerance = behind;
     var t = 0.0;
     // Into each box and out of it.
     for (var i = 0u; i < 2u * GRID_LEVELS && t < t_max && !hit.hit; i += 1u) {
@@ -129,14 +130,15 @@ fn grid_first(origin: vec3f, direction: vec3f, t_max: f32, beside: vec3f, behind
             hit.axis = select(select(2u, 1u, size.y >= size.z), 0u, size.x >= max(size.y, size.z));
             hit.beside = (side - grid.origin) / grid.voxel_size;
         } else {
-            hit = grid_trace(from_point, direction, stretch.end - t, side, behind);
+            hit = grid_trace(from_point, direction, stretch.end - t, side, tolerance);
             hit.distance += t;
             hit.iterations += iterations;
             hit.cut = hit.cut || cut;
-            // Where the ray leaves the level it is beside all surfaces, unless it still leaves one.
+            // Where the ray leaves the level it is beside all surfaces for certain, unless it still leaves one.
             let last = origin + (stretch.end - GRID_BACK * grid.voxel_size) * direction;
             let leaves = grid_occupied(vec3i(floor((last - grid.origin) / grid.voxel_size)));
             side = select(last, grid.origin + grid.voxel_size * hit.beside, leaves);
+            tolerance = select(0.0, tolerance, leaves);
         }
         t = stretch.end;
     }
