@@ -101,8 +101,11 @@ fn trace(@builtin(global_invocation_id) id: vec3u) {
     out_hits[id.x] = vec4u(u32(hit.hit) + 2u * u32(hit.cut), bitcast<u32>(hit.distance), grid_level(), hit.iterations);
 }";
 
-/// What rays from points along unit directions meet: distance, m, and level; and the iterations of each.
-fn traced(gpu: &Gpu, grid: &VoxelGrid, rays: &[(Vec3, Vec3)]) -> Vec<(Option<(f32, u32)>, u32)> {
+/// Distance, m, and level.
+type Met = Option<(f32, u32)>;
+
+/// What rays from points along unit directions meet.
+fn traced(gpu: &Gpu, grid: &VoxelGrid, rays: &[(Vec3, Vec3)]) -> Vec<Met> {
     let words: Vec<[u32; 8]> = rays
         .iter()
         .map(|(origin, direction)| {
@@ -134,7 +137,7 @@ fn traced(gpu: &Gpu, grid: &VoxelGrid, rays: &[(Vec3, Vec3)]) -> Vec<(Option<(f3
     hits.into_iter()
         .map(|[hit, distance, level, iterations]| {
             assert!(hit < 2, "cut after {iterations}");
-            ((hit == 1).then_some((f32::from_bits(distance), level)), iterations)
+            (hit == 1).then_some((f32::from_bits(distance), level))
         })
         .collect()
 }
@@ -204,7 +207,7 @@ fn rays_through_levels_meet_what_rays_meet_of_triangles() {
     let hits = traced(&gpu, &grid, &rays);
     let mut by_level = [0; LEVELS as usize];
     let (mut late, mut early) = (0, 0);
-    for ((o, d), (hit, _)) in rays.iter().zip(hits) {
+    for ((o, d), hit) in rays.iter().zip(hits) {
         let (o, d) = (o.as_dvec3(), d.as_dvec3());
         let t = of_f64.iter().filter_map(|t| meets(*t, o, d)).fold(f64::MAX, f64::min);
         let Some((distance, level)) = hit else {
@@ -254,7 +257,7 @@ fn what_rays_meet_does_not_depend_on_where_levels_are_placed() {
     let rays: Vec<_> =
         (0..20_000).map(|_| (eye + 0.2 * (random.point() - 0.5), random.direction())).collect();
     let (a, b) = (traced(&gpu, &before, &rays), traced(&gpu, &after, &rays));
-    let same = |(a, b): &(&(Option<(f32, u32)>, u32), &(Option<(f32, u32)>, u32))| match (a.0, b.0) {
+    let same = |pair: &(&Met, &Met)| match pair {
         // Positions in a level are rounded from its corner: 2^-20 of the scene.
         (Some((a, i)), Some((b, j))) => i == j && (a - b).abs() < 1e-5,
         (a, b) => a.is_none() && b.is_none(),
@@ -308,7 +311,7 @@ fn a_detail_of_a_centimetre_is_there_in_a_scene_of_a_hundred_metres() {
             (from, (pearl - from).normalize())
         })
         .collect();
-    for ((from, _), (hit, _)) in rays.iter().zip(traced(&gpu, &grid, &rays)) {
+    for ((from, _), hit) in rays.iter().zip(traced(&gpu, &grid, &rays)) {
         let (distance, level) = hit.unwrap();
         assert_eq!(level, LEVELS - 1 - 7);
         let miss = (from.distance(pearl) - 0.005 - distance).abs();

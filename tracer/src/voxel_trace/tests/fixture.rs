@@ -99,7 +99,7 @@ impl Model {
             origin: ORIGIN,
             voxel_size: VOXEL,
             cells: [self.size as u32; 3],
-            low: glam::IVec3::ZERO,
+            low: IVec3::ZERO,
         };
         let grid = CpuGrid::new(&layout, self.records.keys().map(|c| IVec3::from(*c)));
         let mut records = vec![[0; 4]; grid.voxel_count as usize];
