@@ -4,6 +4,7 @@
 
 #[path = "report_browser.rs"]
 mod browser;
+mod build_time;
 mod cli;
 mod compare;
 mod counts;

@@ -177,6 +177,7 @@ impl Pipeline {
             mesh: &mesh,
             bounds,
             grid: self.street.settings.grid,
+            eye: frame.camera.eye,
             cache: self.street.paths.build.cache,
         };
         self.searches.find_moving(&mut recorder, search, site)?;
