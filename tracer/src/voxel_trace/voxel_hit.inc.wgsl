@@ -141,12 +141,17 @@ fn hit_emitter(emitter: vec2u, from_point: vec3f, own: vec2u, u: vec3f) -> Light
     let o = (from_point - grid.origin) / grid.voxel_size;
     let met = grid_meet(record, cell, o, wi, enter, chord.y / grid.voxel_size - enter, beside, hit_behind(own), enter <= grid_near(), enter == 0.0);
     if (dot(met.normal, wi) >= 0.0 || met.t < 0.0 || !grid_is_level_at(from_point, wi, chord.x)) {
-        return LightSample(wi, 0.0, vec3f(0.0), 0.0);
+        return LightSample(wi, 0.0, vec3f(0.0), 0.0, emitter);
     }
     let pdf = grid_face_share() * brdf_luminance(surface.emission) * hit_cube_pdf(cell, from_point, wi);
     // Ends before the cube itself.
     let reach = chord.x - HIT_NUDGE * grid.voxel_size;
-    return LightSample(wi, reach, surface.emission * surface.coverage, pdf);
+    return LightSample(wi, reach, surface.emission * surface.coverage, pdf, emitter);
+}
+
+fn hit_is_emitter(hit: Hit, emitter: vec2u) -> bool {
+    let cell = vec3u(hit.cell);
+    return all(vec2u(cell.x | (cell.y << 16u), cell.z | (hit.level << 16u)) == emitter);
 }
 
 // The density with which hit_emitter chooses what a ray from `from` met.
