@@ -16,7 +16,8 @@
 //! Measured between the nodes (`tests.rs`): E to 0.004; B to 0.005 for nine surfaces of ten, at worst 0.03, for hair-fine
 //! scratches (alphas 0.001 and 1) seen within 5 degrees of the plane.
 //!
-//! The numbers come as a file made by the test `integrate`; shaders read it from a uniform (65,264 bytes of the 65,536 that all adapters have).
+//! The numbers come as a file made by the test `integrate`: exact at the nodes, then moved so that what lies between is
+//! nearest to the integral. Shaders read them from a uniform (65,264 bytes of the 65,536 that all adapters have).
 
 #[cfg(test)]
 pub(super) mod integrate;
