@@ -61,7 +61,7 @@ impl Place {
     fn new(index: usize) -> Self {
         let draw = |k: u32| f64::from(crate::surface::hash(4 * index as u32 + k)) / 4_294_967_296.0;
         let alpha = DVec2::new(draw(0), draw(1)).powf(2.0).max(DVec2::splat(DELTA_ALPHA));
-        let z = if index % 2 == 0 { draw(2).max(0.01) } else { 0.01 + 0.24 * draw(2).powi(2) };
+        let z = if index.is_multiple_of(2) { draw(2).max(0.01) } else { 0.01 + 0.24 * draw(2).powi(2) };
         // An eighth at either axis.
         let turn = (1.25 * draw(3) - 0.125).clamp(0.0, 1.0);
         let (sin, cos) = (FRAC_PI_2 * turn).sin_cos();
@@ -124,7 +124,7 @@ fn fit(values: &mut [f64]) {
                 }
             }
         }
-        if round % 10 == 0 || round + 1 == ROUNDS {
+        if round.is_multiple_of(10) || round + 1 == ROUNDS {
             let root = squares.map(|s| (s / PLACES as f64).sqrt());
             println!(
                 "round {round}: E {:.5}, worst {:.4}; B {:.5}, worst {:.4}",

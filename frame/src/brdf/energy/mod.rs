@@ -153,7 +153,7 @@ impl Around {
 impl BrdfTable {
     /// Reads the file that the program carries.
     pub fn new() -> Self {
-        let bytes: &[u8] = include_bytes!("table.bin");
+        let bytes: &[u8; 2 * VALUES] = include_bytes!("table.bin");
         Self { values: bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]])).collect() }
     }
 

@@ -70,8 +70,8 @@ fn white_plastic_is_white_for_every_pair_of_roughnesses() {
         let [(all, place), (most, place_of_most)] =
             worst(|t, b| Surface { f0, ..of_roughness(t, b) }, false, 16);
         println!("plastic of F0 {f0}: {place}; {place_of_most}");
-        // B is off by up to 0.03 for scratches seen edge-on, and by less than 0.01 elsewhere.
-        assert!(all < 0.03 && most < 0.012, "F0 {f0}: {place}; {place_of_most}");
+        // What is asked for is 0.005. B is off by more for scratches seen edge-on: 0.018 at F0 0.02.
+        assert!(all < 0.025 && most < 0.005, "F0 {f0}: {place}; {place_of_most}");
     }
 }
 
