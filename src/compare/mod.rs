@@ -7,7 +7,7 @@
 //! **Error.** The last of these frames, against two converged references at display size: triangles (the true error)
 //! and the same voxels (what sampling and filtering did). References are cached by the content of the scene and of
 //! every setting that decides them.
-//! **Flicker.** All of these frames, along motion ([`sequence`]). Where the view or the scene moves, each frame has two
+//! **Flicker.** All of these frames, along motion (`sequence.rs`). Where the view or the scene moves, each frame has two
 //! further references by the row's own tracer.
 //! **Alone.** Voxels race BVHs over single rays ([`crate::race`]), and are asked what they get wrong ([`crate::defects`]).
 //! **Equal time.** Beside every filtered row stands plain path tracing by the same tracer, given as many samples as fit

@@ -2,12 +2,13 @@
 
 use super::plan::traces_voxels;
 use super::sequence::Pair;
-use super::{Color, Comparison};
+use super::{Color, Comparison, frames};
 use crate::pipeline::Pipeline;
 use crate::reference;
 use crate::report::{Picture, Reference, ReferenceInfo};
 use crate::{Error, Progress, RenderSettings, metrics, output};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use tracer::Search;
 
 /// The references of one comparison.
@@ -84,16 +85,15 @@ impl References {
                 info.gap_rmse = metrics::rmse(&bvh, voxel).ok();
             }
         }
-        let mut frames = (!still).then(HashMap::new);
-        if let (Some(frames), 1..) = (&mut frames, comparison.temporal_spp) {
+        let mut pairs = (!still).then(HashMap::new);
+        if let (Some(pairs), 1..) = (&mut pairs, comparison.temporal_spp) {
             for settings in combinations {
-                if !frames.contains_key(&structure(settings)) {
-                    let pairs = super::frames::converge(comparison, settings, pipeline, progress)?;
-                    frames.insert(structure(settings), pairs);
+                if let Entry::Vacant(missing) = pairs.entry(structure(settings)) {
+                    missing.insert(frames::converge(comparison, settings, pipeline, progress)?);
                 }
             }
         }
-        Ok(Self { bvh, voxel, infos, pictures, frames })
+        Ok(Self { bvh, voxel, infos, pictures, frames: pairs })
     }
 
     /// Those of every frame that a configuration is watched with; an empty list where all stands still, none where its
