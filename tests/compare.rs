@@ -119,7 +119,7 @@ fn a_moving_view_has_a_temporal_error_that_falls_with_the_samples() {
     let scratch = Scratch::new("temporal");
     std::fs::create_dir_all(scratch.path()).unwrap();
     let [cache, out, path] = ["cache", "out", "path.json"].map(|name| scratch.path().join(name));
-    let keys = r#"{"keys":[{"time":0,"eye":[0,1,3.5],"target":[0,1,0]},{"time":0.1,"eye":[0.1,1,3.3],"target":[0,1,0]}]}"#;
+    let keys = r#"{"keys":[{"time":0,"eye":[0,2.7,8],"target":[0,2.7,0]},{"time":0.1,"eye":[0.3,2.7,7.6],"target":[0,2.7,0]}]}"#;
     std::fs::write(&path, keys).unwrap();
     let line = format!(
         "compare cornell --path {} --trace-size 16x16 --display-size 16x16 --tracers bvh --denoisers none \

@@ -4,8 +4,10 @@
 
 #[path = "report_browser.rs"]
 mod browser;
+mod build_time;
 mod cli;
 mod compare;
+mod counts;
 mod denoise;
 mod furnace;
 mod metrics;
@@ -13,4 +15,5 @@ mod motion;
 mod radiometry;
 mod references;
 mod scenes;
+mod steady;
 mod support;

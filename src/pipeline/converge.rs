@@ -27,6 +27,7 @@ impl Pipeline {
             mesh: &mesh,
             bounds: self.tessellator.bounds(&self.world),
             grid: self.street.settings.grid,
+            eye: frame.camera.eye,
             cache: self.street.paths.build.cache,
         };
         for search in searches {
@@ -92,6 +93,7 @@ impl Pipeline {
                 mesh: &mesh,
                 bounds: self.tessellator.bounds(&self.world),
                 grid: self.street.settings.grid,
+                eye: frame.camera.eye,
                 cache: false,
             };
             for search in sampler.searches() {

@@ -150,7 +150,7 @@ impl Pipeline {
     pub fn render(&mut self) -> Result<Rendered, Error> {
         let frame = self.next_frame()?;
         let moved = self.pose(&frame);
-        let mut recorder = Recorder::new(&self.gpu);
+        let mut recorder = Recorder::of_frame(&self.gpu);
         let progress = self.progress.clone();
         recorder.on_progress(move |done| progress.report("tracing", done));
         let uniform = recorder.uniform(&frame.uniform());
@@ -166,6 +166,7 @@ impl Pipeline {
             mesh: &mesh,
             bounds,
             grid: self.street.settings.grid,
+            eye: frame.camera.eye,
             cache: self.street.paths.build.cache,
         };
         self.searches.find_moving(&mut recorder, search, site)?;

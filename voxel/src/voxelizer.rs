@@ -6,9 +6,10 @@
 //! still, and [`crate::revoxelize`] adds the rest frame by frame.
 
 use crate::bend::{BEND_WORDS, Bend};
+use crate::cascades::Merger;
 use crate::cover::{Finders, Found};
 use crate::emitters::{Counted, Emitters, Factors};
-use crate::grid::{BRICK_CELLS, Layout};
+use crate::grid::{BRICK_CELLS, LEVELS, Layout};
 use crate::raster::{Axes, Input, MOST_TRIANGLES, Raster, Rounds};
 use crate::record::RecordLayout;
 use crate::resolve::{self, ResolveParams};
@@ -17,6 +18,7 @@ use crate::structure::{Batch, Structure, Sums, rows};
 use crate::{Cover, Grid, VoxelError, VoxelGrid};
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Buffer, FrameLog, Gpu, GpuError, Kernel, Knob, Recorder, Room};
+use glam::IVec3;
 use scene::Aabb;
 use std::ops::Range;
 use wgpu::BufferUsages;
@@ -32,12 +34,15 @@ pub struct Voxelizer {
     pub(crate) resolve: Kernel,
     /// Made when something moves.
     pub(crate) revoxelizer: Option<Revoxelizer>,
+    /// Made when a level of [`crate::cascades`] moves.
+    pub(crate) merger: Option<Merger>,
     elevation: u32,
     voxelizer: u32,
     cover: u32,
     axes: u32,
     contours: u32,
     rebuild: u32,
+    pub(crate) cascades: u32,
     /// Bricks whose keys are held at a time.
     pub(crate) slots_per_batch: u32,
 }
@@ -56,17 +61,50 @@ struct Build<'a> {
     keeps: bool,
 }
 
+/// What is to be built.
+pub(crate) struct Order<'a> {
+    pub(crate) scene: &'a GpuScene,
+    pub(crate) mesh: &'a GpuMesh,
+    /// Of the mesh.
+    pub(crate) triangles: Range<u32>,
+    pub(crate) layout: Layout,
+    /// Whether the winner of each voxel is kept.
+    pub(crate) keeps: bool,
+    /// Bricks that are left out: the first, and one behind the last.
+    pub(crate) kept: [IVec3; 2],
+    /// Emitters, where they are counted already.
+    pub(crate) counted: Option<Vec<Counted>>,
+}
+
+impl<'a> Order<'a> {
+    /// A grid around bounds.
+    ///
+    /// # Errors
+    /// A grid or bounds that cannot be.
+    pub(crate) fn of(
+        gpu: &Gpu,
+        scene: &'a GpuScene,
+        mesh: &'a GpuMesh,
+        bounds: Aabb,
+        grid: u32,
+    ) -> Result<Self, VoxelError> {
+        let layout = Layout::fit(bounds, grid, gpu.device.limits().max_texture_dimension_2d)?;
+        let triangles = 0..mesh.triangle_count;
+        Ok(Self { scene, mesh, triangles, layout, keeps: false, kept: [IVec3::ZERO; 2], counted: None })
+    }
+}
+
 /// What a build leaves.
-struct Built {
-    grid: VoxelGrid,
+pub(crate) struct Built {
+    pub(crate) grid: VoxelGrid,
     layout: Layout,
     /// Per record the key of its winner; empty unless they are kept.
     kept: Buffer,
     /// Its bends; empty unless they are kept.
     bends: Buffer,
-    counted: Vec<Counted>,
+    pub(crate) counted: Vec<Counted>,
     factors: Option<Factors>,
-    log: FrameLog,
+    pub(crate) log: FrameLog,
 }
 
 /// A batch's part of what is joined at the end.
@@ -79,7 +117,7 @@ struct Part {
 }
 
 impl Voxelizer {
-    /// Builds all kernels for scenes whose vertices are laid out as this one's.
+    /// Builds all kernels for scenes whose vertices are laid out as this one's and whose textures are in the same arrays.
     ///
     /// # Errors
     /// The driver refuses a kernel.
@@ -90,12 +128,14 @@ impl Voxelizer {
             emitters: Emitters::new(gpu, RecordLayout::of(&scene.needs))?,
             resolve: resolve::kernel(gpu, scene)?,
             revoxelizer: None,
+            merger: None,
             elevation: 0,
             voxelizer: 0,
             cover: 0,
             axes: 0,
             contours: 0,
             rebuild: 0,
+            cascades: 1,
             slots_per_batch: MOST_SLOTS,
         })
     }
@@ -146,16 +186,25 @@ impl Voxelizer {
                 "What of the grid is made anew when something moves. `moving`: the bricks that moving triangles touch, or \
                  touched in the frame before. `all`: every brick; the voxels are the same, the time is not.",
             ),
+            Knob::int(
+                "cascades",
+                &mut self.cascades,
+                1..=LEVELS,
+                "levels",
+                "Grids around the viewer, each with voxels half as large as those of the one around it; the outermost is \
+                 the whole scene. 1: that alone. Found by `compute`, without contours.",
+            ),
         ]
     }
 
     /// Whether a grid of this mesh is to keep what stands still apart from what moves.
     pub fn follows(&self, mesh: &GpuMesh) -> bool {
-        self.rebuild == 0 && mesh.static_triangle_count < mesh.triangle_count
+        self.rebuild == 0 && self.cascades == 1 && mesh.static_triangle_count < mesh.triangle_count
     }
 
     pub(crate) fn cover(&self) -> Cover {
-        match (self.voxelizer, self.is_conservative(), self.axes) {
+        let voxelizer = if self.cascades > 1 { 1 } else { self.voxelizer };
+        match (voxelizer, self.is_conservative(), self.axes) {
             (0, false, 0) => Cover::Columns(Axes::All),
             (0, false, _) => Cover::Columns(Axes::Dominant),
             (0, true, _) => Cover::Boxes,
@@ -182,7 +231,7 @@ impl Voxelizer {
     }
 
     /// As shaders have it.
-    fn elevation(&self) -> u32 {
+    pub(crate) fn elevation(&self) -> u32 {
         if self.elevation == 0 && self.is_conservative() { 2 } else { self.elevation }
     }
 
@@ -199,7 +248,7 @@ impl Voxelizer {
         bounds: Aabb,
         grid: u32,
     ) -> Result<(VoxelGrid, FrameLog), VoxelError> {
-        let built = self.build(gpu, scene, mesh, bounds, grid, 0..mesh.triangle_count, false)?;
+        let built = self.build(gpu, Order::of(gpu, scene, mesh, bounds, grid)?)?;
         Ok((built.grid, built.log))
     }
 
@@ -218,27 +267,21 @@ impl Voxelizer {
         if self.revoxelizer.is_none() {
             self.revoxelizer = Some(Revoxelizer::new(gpu, scene)?);
         }
-        let built = self.build(gpu, scene, mesh, bounds, grid, 0..mesh.static_triangle_count, true)?;
+        let order = Order::of(gpu, scene, mesh, bounds, grid)?;
+        let triangles = 0..mesh.static_triangle_count;
+        let built = self.build(gpu, Order { triangles, keeps: true, ..order })?;
         let Built { grid, layout, kept, bends, counted, factors, log } = built;
         let rest = Rest::new(gpu, scene, &layout, mesh, &grid, [kept, bends], counted, factors)?;
         Ok((grid, rest, log))
     }
 
-    fn build(
-        &mut self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        mesh: &GpuMesh,
-        bounds: Aabb,
-        grid: u32,
-        of_mesh: Range<u32>,
-        keeps: bool,
-    ) -> Result<Built, VoxelError> {
+    /// One grid, whatever it is for.
+    pub(crate) fn build(&mut self, gpu: &Gpu, order: Order<'_>) -> Result<Built, VoxelError> {
+        let Order { scene, mesh, triangles: of_mesh, layout, keeps, kept, counted } = order;
         let triangles = u64::from(mesh.triangle_count);
         if triangles > MOST_TRIANGLES {
             return Err(VoxelError::Triangles { triangles, most: MOST_TRIANGLES });
         }
-        let layout = Layout::fit(bounds, grid, gpu.device.limits().max_texture_dimension_2d)?;
         // Marks and table have a word per brick cell: their number must be one.
         let brick_cells = u32::try_from(layout.brick_cells()).map_err(|_| GpuError::TooLarge {
             what: "VoxelGrid::structure".into(),
@@ -264,8 +307,11 @@ impl Voxelizer {
         let uniform = gpu.buffer(Room::Voxels, "VoxelGrid::uniform", size_of::<Grid>() as u64, usage)?;
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&shared));
         let target = Raster::target(gpu, layout.longest())?;
-        let stage = if self.voxelizer == 0 { "voxel/raster" } else { "voxel/compute" };
         let cover = self.cover();
+        let stage = match cover {
+            Cover::Columns(_) | Cover::Boxes => "voxel/raster",
+            Cover::Thin | Cover::Conservative => "voxel/compute",
+        };
         self.finders.prepare(gpu, scene, cover)?;
         let input = Input {
             stage,
@@ -276,6 +322,7 @@ impl Voxelizer {
             target: &target,
             cover,
             bend: self.bend(),
+            kept,
         };
 
         let mut recorder = Recorder::new(gpu);
@@ -290,9 +337,10 @@ impl Voxelizer {
 
         let slots = brick_count.min(self.slots_per_batch);
         // A plane shines as its triangle does.
-        let counted = match contours {
-            true => Vec::new(),
-            false => Emitters::count(gpu, scene, mesh, of_mesh, &layout, cover)?,
+        let counted = match (contours, counted) {
+            (true, _) => Vec::new(),
+            (false, Some(counted)) => counted,
+            (false, None) => Emitters::count(gpu, scene, mesh, of_mesh, &layout, cover)?,
         };
         let build = Build {
             factors: Emitters::factors(gpu, &counted)?,
@@ -338,6 +386,7 @@ impl Voxelizer {
             records: joined(gpu, "VoxelGrid::records", records, record.bytes())?,
             record,
             uniform,
+            levels: 1,
             contours,
             voxel_count,
             brick_count,

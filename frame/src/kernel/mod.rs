@@ -5,9 +5,11 @@
 //! declared struct. A mismatch is an error that names the field. Variants are `override` constants.
 
 mod bind;
+mod edits;
 mod reflect;
 
 pub use bind::{Bind, BindKind, Field, GpuStruct};
+pub(crate) use edits::Edits;
 
 use crate::Gpu;
 
@@ -74,7 +76,7 @@ impl Kernel {
     /// # Errors
     /// See [`KernelError`].
     pub fn new(gpu: &Gpu, desc: &KernelDesc<'_>) -> Result<Self, KernelError> {
-        let source = desc.sources.join("\n");
+        let source = gpu.edits.of(desc.sources.join("\n"));
         reflect::check(desc.name, &source, &[desc.entry], Some(desc.workgroup), desc.bindings)?;
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let layout = Layout::new(gpu, desc.name, desc.bindings, wgpu::ShaderStages::COMPUTE);
@@ -130,7 +132,7 @@ impl RasterKernel {
     /// # Errors
     /// See [`KernelError`].
     pub fn new(gpu: &Gpu, desc: &RasterDesc<'_>) -> Result<Self, KernelError> {
-        let source = desc.sources.join("\n");
+        let source = gpu.edits.of(desc.sources.join("\n"));
         reflect::check(desc.name, &source, &desc.entries, None, desc.bindings)?;
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let layout = Layout::new(gpu, desc.name, desc.bindings, wgpu::ShaderStages::VERTEX_FRAGMENT);
@@ -209,12 +211,12 @@ impl Layout {
         Self { groups, pipeline, places: bindings.iter().map(|b| (b.group, b.binding)).collect() }
     }
 
-    /// One bind group per layout from resources in the order of the declared bindings.
+    /// One bind group per layout from resources in the order of the declared bindings; `group_of` makes or finds each.
     pub(crate) fn bind(
         &self,
-        gpu: &Gpu,
         name: &str,
         resources: &[wgpu::BindingResource<'_>],
+        group_of: impl Fn(&wgpu::BindGroupLayout, &[wgpu::BindGroupEntry<'_>]) -> wgpu::BindGroup,
     ) -> Vec<wgpu::BindGroup> {
         assert_eq!(self.places.len(), resources.len(), "{name}: resources against declared bindings");
         (0u32..)
@@ -230,11 +232,7 @@ impl Layout {
                         resource: resource.clone(),
                     })
                     .collect();
-                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some(name),
-                    layout,
-                    entries: &entries,
-                })
+                group_of(layout, &entries)
             })
             .collect()
     }
