@@ -6,11 +6,15 @@ use super::{json, print};
 use crate::Error;
 use crate::compare::{self, Comparison, Lists};
 use crate::reference::Goal;
+use crate::settings::View;
 use frame::Gpu;
 use std::time::Duration;
 
 /// Most seconds for one reference on a software adapter where nobody says.
 const SOFTWARE_SECONDS: f32 = 600.0;
+
+/// Timed frames where nobody says and no path does.
+const USUAL_FRAMES: u32 = 5;
 
 /// Compares what the arguments say.
 pub fn run(args: &CompareArgs) -> Result<(), Error> {
@@ -18,6 +22,10 @@ pub fn run(args: &CompareArgs) -> Result<(), Error> {
     let gpu = Gpu::new(args.view.adapter.as_deref())?;
     let is_software = gpu.is_software();
     let seconds = args.reference_seconds.or(is_software.then_some(SOFTWARE_SECONDS));
+    let frames = args.frames.unwrap_or(match &base.view {
+        View::Path(_) => base.frames_of_path(),
+        _ => USUAL_FRAMES,
+    });
     let comparison = Comparison {
         base,
         lists: Lists {
@@ -28,7 +36,8 @@ pub fn run(args: &CompareArgs) -> Result<(), Error> {
             grids: args.grids.clone(),
         },
         shard: args.shard,
-        frames: args.frames,
+        frames,
+        temporal_spp: args.temporal_spp,
         goal: Goal { spp: args.reference_spp, until: None, within: seconds.map(Duration::from_secs_f32) },
         cache: args.cache.clone().unwrap_or_else(compare::default_cache),
         out: args.out.clone(),
