@@ -4,6 +4,7 @@
 //! at time 0 and [`Scene::pose`] moves the moving part of it to another moment. Units: metres, seconds, radians,
 //! linear Rec. 709 radiance; axes: glTF's (right-handed, +Y up).
 
+mod budget;
 pub mod built_in;
 mod camera;
 mod error;
@@ -15,6 +16,7 @@ mod motion;
 mod needs;
 mod sky;
 
+pub use budget::LoadBudget;
 pub use camera::Camera;
 pub use error::SceneError;
 pub use geometry::{Aabb, Geometry, Object, Triangle};
@@ -65,10 +67,26 @@ impl Scene {
     /// # Errors
     /// A name that is neither, or a file that cannot be read, is malformed, or requires what is not supported.
     pub fn load(name: &str) -> Result<Self, SceneError> {
+        Self::load_within(name, LoadBudget::default())
+    }
+
+    /// The same, taking no more memory than `budget` on the way.
+    ///
+    /// # Errors
+    /// As [`Scene::load`], or the file asks for more.
+    pub fn load_within(name: &str, budget: LoadBudget) -> Result<Self, SceneError> {
         match built_in::by_name(name) {
             Some(build) => Ok(build()),
-            None => gltf_file::load(Path::new(name)),
+            None => gltf_file::load(Path::new(name), budget),
         }
+    }
+
+    /// The content of a `.gltf` or `.glb` file; what it names is looked for in the folder of `path`.
+    ///
+    /// # Errors
+    /// As [`Scene::load_within`].
+    pub fn of_bytes(path: &Path, bytes: &[u8], budget: LoadBudget) -> Result<Self, SceneError> {
+        gltf_file::load_bytes(path, bytes, budget)
     }
 
     /// A scene made by code: no sun, nothing moves.
