@@ -8,6 +8,7 @@ mod cli;
 mod compare;
 mod denoise;
 mod furnace;
+mod hard;
 mod metrics;
 mod motion;
 mod radiometry;

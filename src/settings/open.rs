@@ -5,14 +5,15 @@
 use super::{LookAt, RenderSettings, SkySetting, View};
 use crate::Error;
 use glam::Vec3;
-use scene::{Camera, Scene, Sky, Sun};
+use scene::{Camera, LoadBudget, Scene, Sky, Sun};
 
 /// Loads the scene and applies everything the settings say about it.
 ///
 /// # Errors
 /// The scene or the sky cannot be loaded, or `--emit` names a material that is not there.
 pub fn scene(settings: &RenderSettings) -> Result<Scene, Error> {
-    let mut scene = Scene::load(&settings.scene)?;
+    let budget = LoadBudget { bytes: settings.load_budget_bytes };
+    let mut scene = Scene::load_within(&settings.scene, budget)?;
     for emit in &settings.emit {
         scene.emit(&emit.material, emit.radiance.into())?;
     }
@@ -21,7 +22,7 @@ pub fn scene(settings: &RenderSettings) -> Result<Scene, Error> {
     }
     match &settings.sky {
         Some(SkySetting::Constant(radiance)) => scene.sky = Sky::Constant((*radiance).into()),
-        Some(SkySetting::File(path)) => scene.sky = Sky::load(path)?,
+        Some(SkySetting::File(path)) => scene.sky = Sky::load_within(path, budget)?,
         None => {}
     }
     if let Some(sun) = settings.sun {
