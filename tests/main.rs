@@ -6,6 +6,7 @@
 mod browser;
 mod cli;
 mod compare;
+mod counts;
 mod denoise;
 mod furnace;
 mod hard;
@@ -14,4 +15,5 @@ mod motion;
 mod radiometry;
 mod references;
 mod scenes;
+mod steady;
 mod support;

@@ -161,7 +161,7 @@ impl Pipeline {
             }
             self.posed = (frame.time, frame.restart);
         }
-        let mut recorder = Recorder::new(&self.gpu);
+        let mut recorder = Recorder::of_frame(&self.gpu);
         let progress = self.progress.clone();
         recorder.on_progress(move |done| progress.report("tracing", done));
         let uniform = recorder.uniform(&frame.uniform());

@@ -1,6 +1,7 @@
 //! Buffers and textures that are counted while they live.
 
 use std::ops::Deref;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What an allocation is for: the rows of `memory_bytes` in logs.
@@ -36,12 +37,24 @@ pub struct Memory {
 }
 
 #[derive(Default)]
-pub(super) struct Ledger(Mutex<[Memory; Room::COUNT]>);
+pub(super) struct Ledger {
+    rooms: Mutex<[Memory; Room::COUNT]>,
+    made: AtomicU64,
+}
 
 impl Ledger {
     fn rooms(&self) -> MutexGuard<'_, [Memory; Room::COUNT]> {
         // Plain sums stay true even if a thread died while holding the lock.
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.rooms.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// One more thing was made on the device.
+    pub(super) fn note(&self) {
+        self.made.fetch_add(1, Ordering::Relaxed);
+    }
+
+    pub(super) fn made(&self) -> u64 {
+        self.made.load(Ordering::Relaxed)
     }
 
     pub(super) fn memory(&self, room: Room) -> Memory {
@@ -53,6 +66,7 @@ impl Ledger {
     }
 
     pub(super) fn open(self: &Arc<Self>, room: Room, bytes: u64) -> Entry {
+        self.note();
         let memory = &mut self.rooms()[room as usize];
         memory.live += bytes;
         memory.peak = memory.peak.max(memory.live);

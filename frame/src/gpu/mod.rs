@@ -6,10 +6,13 @@
 
 mod canary;
 mod memory;
+mod spares;
 
 pub use memory::{Buffer, Memory, Room, Texture};
 
+use crate::recorder::BindGroups;
 use memory::Ledger;
+use spares::Spares;
 use std::sync::{Arc, OnceLock};
 
 /// Environment variable that names the adapter when the command line does not.
@@ -99,6 +102,8 @@ pub struct Gpu {
     /// Nanoseconds per timestamp tick; none where the adapter has no timestamps.
     pub timestamp_period: Option<f32>,
     ledger: Arc<Ledger>,
+    spares: Arc<Spares>,
+    pub(crate) bind_groups: Arc<BindGroups>,
     loop_cap: OnceLock<Option<u32>>,
 }
 
@@ -146,8 +151,16 @@ impl Gpu {
         }))
         .map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), message: e.to_string() })?;
         let timestamp_period = (!timestamps.is_empty()).then(|| queue.get_timestamp_period());
-        let ledger = Arc::new(Ledger::default());
-        Ok(Self { device, queue, info, timestamp_period, ledger, loop_cap: OnceLock::new() })
+        Ok(Self {
+            device,
+            queue,
+            info,
+            timestamp_period,
+            ledger: Arc::default(),
+            spares: Arc::default(),
+            bind_groups: Arc::default(),
+            loop_cap: OnceLock::new(),
+        })
     }
 
     /// Whether a CPU does the work.
@@ -164,6 +177,15 @@ impl Gpu {
     /// Bytes allocated now and at most, in one room.
     pub fn memory(&self, room: Room) -> Memory {
         self.ledger.memory(room)
+    }
+
+    /// Buffers, textures, query sets and the bind groups of frames that were made so far. A steady frame makes none.
+    pub fn allocations(&self) -> u64 {
+        self.ledger.made()
+    }
+
+    pub(crate) fn note_allocation(&self) {
+        self.ledger.note();
     }
 
     /// A buffer; contents are zero.

@@ -209,12 +209,12 @@ impl Layout {
         Self { groups, pipeline, places: bindings.iter().map(|b| (b.group, b.binding)).collect() }
     }
 
-    /// One bind group per layout from resources in the order of the declared bindings.
+    /// One bind group per layout from resources in the order of the declared bindings; `group_of` makes or finds each.
     pub(crate) fn bind(
         &self,
-        gpu: &Gpu,
         name: &str,
         resources: &[wgpu::BindingResource<'_>],
+        group_of: impl Fn(&wgpu::BindGroupLayout, &[wgpu::BindGroupEntry<'_>]) -> wgpu::BindGroup,
     ) -> Vec<wgpu::BindGroup> {
         assert_eq!(self.places.len(), resources.len(), "{name}: resources against declared bindings");
         (0u32..)
@@ -230,11 +230,7 @@ impl Layout {
                         resource: resource.clone(),
                     })
                     .collect();
-                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                    label: Some(name),
-                    layout,
-                    entries: &entries,
-                })
+                group_of(layout, &entries)
             })
             .collect()
     }

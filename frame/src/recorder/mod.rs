@@ -4,14 +4,17 @@
 //! views or counts: whoever records collects them into the [`FrameLog`]. Work is submitted in slices, at most two of
 //! them in flight, so that a long render neither floods the driver nor starves a window.
 
+mod bound;
 mod log;
 mod timer;
 mod uniforms;
 
+pub(crate) use bound::BindGroups;
 pub use log::{FrameLog, PassLog};
 pub use uniforms::Uniform;
 
-use crate::{Buffer, Gpu, GpuError, Kernel, RasterKernel, Room, Texture};
+use crate::kernel::Layout;
+use crate::{Buffer, Gpu, GpuError, Kernel, RasterKernel, Texture};
 use timer::{Span, Timer};
 use uniforms::Uniforms;
 
@@ -39,10 +42,17 @@ pub struct Recorder<'g> {
     in_flight: Option<wgpu::SubmissionIndex>,
     progress: Option<Box<dyn FnMut(f32) + 'g>>,
     failed: Option<GpuError>,
+    /// Whether bind groups are kept for the next frame.
+    comes_again: bool,
 }
 
 impl<'g> Recorder<'g> {
-    /// Begins a frame.
+    /// Begins a frame of many: what its passes bind is kept for the next one, which will bind most of it again.
+    pub fn of_frame(gpu: &'g Gpu) -> Self {
+        Self { comes_again: true, ..Self::new(gpu) }
+    }
+
+    /// Begins what is done once, or a frame alone.
     pub fn new(gpu: &'g Gpu) -> Self {
         Self {
             gpu,
@@ -55,6 +65,7 @@ impl<'g> Recorder<'g> {
             in_flight: None,
             progress: None,
             failed: None,
+            comes_again: false,
         }
     }
 
@@ -77,7 +88,11 @@ impl<'g> Recorder<'g> {
 
     /// A uniform that lives until the frame is done.
     pub fn uniform<T: bytemuck::NoUninit>(&mut self, value: &T) -> Uniform {
-        self.uniforms.push(self.gpu, bytemuck::bytes_of(value))
+        let bytes = bytemuck::bytes_of(value);
+        self.uniforms.push(self.gpu, bytes).unwrap_or_else(|error| {
+            self.fail(error);
+            Uniform::none(self.gpu)
+        })
     }
 
     /// Fills a buffer with zeros.
@@ -133,7 +148,7 @@ impl<'g> Recorder<'g> {
         resources: &[wgpu::BindingResource<'_>],
         dispatch: impl FnOnce(&mut wgpu::ComputePass<'_>),
     ) {
-        let groups = kernel.layout.bind(self.gpu, &kernel.name, resources);
+        let groups = self.bind(&kernel.layout, &kernel.name, resources);
         let span = self.begin_span(pass);
         {
             let timestamp_writes = span.as_ref().map(Span::of_compute);
@@ -181,7 +196,7 @@ impl<'g> Recorder<'g> {
         targets: &RasterTargets<'_>,
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
-        let groups = kernel.layout.bind(self.gpu, &kernel.name, resources);
+        let groups = self.bind(&kernel.layout, &kernel.name, resources);
         let span = self.begin_span(pass);
         {
             let timestamp_writes = span.as_ref().map(|s| wgpu::RenderPassTimestampWrites {
@@ -243,6 +258,22 @@ impl<'g> Recorder<'g> {
         self.counters.push((name.into(), buffer.clone(), offset));
     }
 
+    fn bind(
+        &self,
+        layout: &Layout,
+        name: &str,
+        resources: &[wgpu::BindingResource<'_>],
+    ) -> Vec<wgpu::BindGroup> {
+        layout.bind(name, resources, |layout, entries| match self.comes_again {
+            true => self.gpu.bind_groups.get(self.gpu, name, layout, entries),
+            false => self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(name),
+                layout,
+                entries,
+            }),
+        })
+    }
+
     fn begin_span(&mut self, pass: &str) -> Option<Span> {
         if let Some(mark) = self.timer.mark() {
             let timestamp_writes = Some(mark.of_compute());
@@ -271,6 +302,9 @@ impl<'g> Recorder<'g> {
         }
         let next = self.gpu.device.create_command_encoder(&Default::default());
         let slice = std::mem::replace(&mut self.encoder, next).finish();
+        if self.failed.is_some() {
+            return;
+        }
         let submitted = self.gpu.queue.submit([slice]);
         self.passes_in_slice = 0;
         if let Some(earlier) = self.in_flight.replace(submitted) {
@@ -288,8 +322,7 @@ impl<'g> Recorder<'g> {
     /// The device was lost or ran out of memory on the way.
     pub fn finish(mut self) -> Result<FrameLog, GpuError> {
         let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging =
-            self.gpu.buffer(Room::Frame, "Recorder::counters", 8 * self.counters.len() as u64, usage)?;
+        let staging = self.gpu.lend("Recorder::counters", 8 * self.counters.len() as u64, usage)?;
         for (slot, (_, buffer, offset)) in (0u64..).zip(&self.counters) {
             self.encoder.copy_buffer_to_buffer(buffer, *offset, &staging, 8 * slot, 8);
         }
@@ -302,6 +335,11 @@ impl<'g> Recorder<'g> {
         );
         let mut log =
             FrameLog { passes: self.timer.read(self.gpu)?, outputs: self.outputs, ..Default::default() };
+        self.gpu.take_back(staging);
+        self.uniforms.give_back(self.gpu);
+        if self.comes_again {
+            self.gpu.bind_groups.frame_is_over();
+        }
         for ((name, ..), word) in self.counters.into_iter().zip(words) {
             *log.counts.entry(name).or_default() += word as f64;
         }

@@ -62,6 +62,36 @@ fn every_pass_runs_in_order_across_slices_and_is_counted() {
 }
 
 #[test]
+fn a_frame_that_comes_again_allocates_nothing() {
+    let gpu = gpu();
+    let kernel = kernel(&gpu);
+    let totals = [(); 2].map(|()| gpu.storage(Room::Frame, "totals", &[0u32; 128]).unwrap());
+    let frame = |index: usize| {
+        let mut recorder = Recorder::of_frame(&gpu);
+        // More than a slice, a query set and a chunk of uniforms hold; what is bound takes turns, as a history does.
+        for amount in 1..=150 {
+            let step = recorder.uniform(&Step { amount, ..Default::default() });
+            let resources = [step.binding(), totals[index % 2].as_entire_binding()];
+            recorder.compute("sum", &kernel, &resources, [2, 1, 1]);
+        }
+        recorder.counter("total", &totals[0], 0);
+        recorder.finish().unwrap();
+        (gpu.allocations(), gpu.memory(Room::Frame).live)
+    };
+    let begun: Vec<_> = (0..2).map(frame).collect();
+    let steady: Vec<_> = (2..8).map(frame).collect();
+    assert!(steady.iter().all(|s| *s == begun[1]), "{begun:?} {steady:?}");
+    assert_eq!(gpu.read_buffer::<u32>(&totals[1]).unwrap()[0], 4 * 150 * 151 / 2);
+    // Other recorders keep no groups, and do not make those of frames old.
+    for _ in 0..8 {
+        Recorder::new(&gpu).finish().unwrap();
+    }
+    let before = gpu.allocations();
+    frame(8);
+    assert_eq!(gpu.allocations(), before);
+}
+
+#[test]
 fn memory_is_what_lives() {
     let gpu = gpu();
     let before = gpu.memory(Room::History);

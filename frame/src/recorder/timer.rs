@@ -5,7 +5,7 @@
 //! of the one before it, and an empty pass marks where a slice begins.
 
 use super::PassLog;
-use crate::{Buffer, Gpu, GpuError, Room};
+use crate::{Buffer, Gpu, GpuError};
 
 /// Passes one query set can time: enough for a slice, small enough for every adapter (the limit is 4,096 queries).
 const CAPACITY: u32 = 64;
@@ -49,19 +49,15 @@ pub(super) struct Timer {
     names: Vec<String>,
     /// Resolved, not yet read.
     resolved: Vec<(Buffer, Vec<String>)>,
+    /// Where timestamps go before they can be mapped.
+    between: Vec<Buffer>,
 }
 
 impl Timer {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let queries = gpu.timestamp_period.map(|_| {
-            gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("Timer::queries"),
-                ty: wgpu::QueryType::Timestamp,
-                count: 2 * CAPACITY,
-            })
-        });
+        let queries = gpu.timestamp_period.map(|_| gpu.lend_queries(2 * CAPACITY));
         let late_begin = queries.is_some() && gpu.info.device_type == wgpu::DeviceType::Cpu;
-        Self { queries, late_begin, names: Vec::new(), resolved: Vec::new() }
+        Self { queries, late_begin, names: Vec::new(), resolved: Vec::new(), between: Vec::new() }
     }
 
     /// The span of an empty pass, where one has to mark the beginning of a slice.
@@ -87,12 +83,13 @@ impl Timer {
         }
         let bytes = 16 * names.len() as u64;
         let staging_usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let staging = gpu.buffer(Room::Frame, "Timer::staging", bytes, staging_usage)?;
+        let staging = gpu.lend("Timer::staging", bytes, staging_usage)?;
         if let Some(queries) = &self.queries {
             let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
-            let resolved = gpu.buffer(Room::Frame, "Timer::resolved", bytes, usage)?;
+            let resolved = gpu.lend("Timer::resolved", bytes, usage)?;
             encoder.resolve_query_set(queries, 0..2 * names.len() as u32, &resolved, 0);
             encoder.copy_buffer_to_buffer(&resolved, 0, &staging, 0, bytes);
+            self.between.push(resolved);
         }
         self.resolved.push((staging, names));
         Ok(())
@@ -124,6 +121,13 @@ impl Timer {
                     None => passes.push(PassLog { name, gpu_ms: ms, runs: 1 }),
                 }
             }
+            gpu.take_back(staging);
+        }
+        for buffer in self.between {
+            gpu.take_back(buffer);
+        }
+        if let Some(queries) = self.queries {
+            gpu.take_queries_back(queries);
         }
         Ok(passes)
     }

@@ -1,8 +1,13 @@
-//! The CPU half: the same tests in f64, without allowance for rounding, over all cells of a triangle's box.
+//! The CPU half: the same tests in f64, without allowance for rounding, over all cells of a triangle's box. The cells of
+//! [`Cover::Boxes`] too, which the raster voxelizer finds.
 
+use crate::Cover;
 use crate::grid::Layout;
 use crate::raster::{GRAIN, PREFERENCE, TIE};
 use glam::{DVec3, IVec3, Vec3};
+
+/// Cells by which a triangle must enter a cell of [`Cover::Boxes`], as in `raster/conservative.inc.wgsl`.
+const TOUCH: f64 = 1.0 / 4096.0;
 
 /// Of f32 products, with the sums they go into.
 const ROUNDING: f64 = 1.0 / 2_097_152.0;
@@ -13,13 +18,16 @@ pub struct Sat {
     corners: [DVec3; 3],
     normal: DVec3,
     is_thin: bool,
+    /// Half the side of the cube that it must meet, cells.
+    half: f64,
     /// The axis the normal is longest on, and whether the front looks along it.
     pub side: (usize, bool),
 }
 
 impl Sat {
-    /// From corners in the world, m; none without an area or where a corner is no number.
-    pub fn new(layout: &Layout, corners: [Vec3; 3], is_thin: bool) -> Option<Self> {
+    /// From corners in the world, m; none without an area or where a corner is no number. Of a cover that is no
+    /// [`Cover::Columns`].
+    pub fn new(layout: &Layout, corners: [Vec3; 3], cover: Cover) -> Option<Self> {
         let moved =
             corners.map(|p| ((p - layout.origin) / layout.voxel_size * GRAIN).map(f32::round_ties_even));
         if moved.iter().any(|p| !p.is_finite() || p.abs().max_element() >= 1e18) {
@@ -33,13 +41,16 @@ impl Sat {
             () if size.y * preference >= size.z => 1,
             () => 2,
         };
-        if is_thin {
+        // A face on a boundary between cells is the one's behind it.
+        if matches!(cover, Cover::Thin | Cover::Boxes) {
             for corner in &mut corners {
                 corner[axis] -= f64::from(TIE) * normal[axis].signum();
             }
         }
         let side = (axis, normal[axis] > 0.0);
-        (size.max_element() > 0.0).then_some(Self { corners, normal, is_thin, side })
+        let is_thin = cover == Cover::Thin;
+        let half = if cover == Cover::Boxes { 0.5 - TOUCH } else { 0.5 };
+        (size.max_element() > 0.0).then_some(Self { corners, normal, is_thin, half, side })
     }
 
     /// All tests of the unit cube around a point: by how many cells it passes each, negative where it fails, and how far
@@ -48,15 +59,15 @@ impl Sat {
         let corners = self.corners.map(|p| p - center);
         let low = corners[0].min(corners[1]).min(corners[2]);
         let high = corners[0].max(corners[1]).max(corners[2]);
-        let is_thin = self.is_thin;
+        let (is_thin, half) = (self.is_thin, self.half);
         let norm = move |m: DVec3| if is_thin { m.abs().max_element() } else { m.abs().element_sum() };
         let n = self.normal;
         let edge = |i: usize| corners[(i + 1) % 3] - corners[i];
         let longest = (0..3).map(|i| edge(i).abs().max_element()).fold(0.0, f64::max);
-        let boxes = (0.5 - low).min_element().min((high + 0.5).min_element());
+        let boxes = (half - low).min_element().min((high + half).min_element());
         // Where thin, boxes that only touch do not overlap.
         let boxes = if is_thin && boxes == 0.0 { -f64::EPSILON } else { boxes };
-        let plane = (0.5 * norm(n) - n.dot(corners[0]).abs()) / n.length();
+        let plane = (half * norm(n) - n.dot(corners[0]).abs()) / n.length();
         // What cancels in a normal is a product of edges; 2^-21 of it, as all other products.
         let cancelled = ROUNDING * longest * longest * corners[0].abs().element_sum() / n.length();
         let edges = (0..9).filter_map(move |k| {
@@ -64,7 +75,7 @@ impl Sat {
             let [x, y] = [(axis + 1) % 3, (axis + 2) % 3];
             let (from, e) = (corners[i], edge(i));
             let m = DVec3::new(-e[y], e[x], 0.0) * if n[axis] >= 0.0 { 1.0 } else { -1.0 };
-            let inside = -(m.x * from[x] + m.y * from[y]) + 0.5 * norm(m);
+            let inside = -(m.x * from[x] + m.y * from[y]) + half * norm(m);
             let rounding = ROUNDING * ((e[y] * from[x]).abs() + (e[x] * from[y]).abs());
             // An edge along the axis is a point in this projection, and separates nothing.
             (m.length() > 0.0).then(|| (inside / m.length(), rounding / m.length()))
@@ -83,9 +94,20 @@ impl Sat {
         self.tests(center).any(|(overlap, rounding)| overlap.abs() <= rounding + allowance)
     }
 
-    /// Distance of the plane from a point, cells.
+    /// Distance from a point that decides who wins its cell: of the plane, or of the triangle in [`Cover::Boxes`]. Cells.
     pub fn miss(&self, center: DVec3) -> f64 {
-        (self.normal.dot(self.corners[0] - center) / self.normal.length()).abs()
+        let unit = self.normal.normalize();
+        let above = unit.dot(self.corners[0] - center);
+        let edges =
+            [0, 1, 2].map(|i| (self.corners[i] - center, self.corners[(i + 1) % 3] - self.corners[i]));
+        let is_over = |(from, e): &(DVec3, DVec3)| unit.dot(e.cross(-*from)) >= 0.0;
+        if self.half == 0.5 || edges.iter().all(is_over) {
+            return above.abs();
+        }
+        let to_edge = |(from, e): (DVec3, DVec3)| {
+            (from + (-from.dot(e) / e.length_squared()).clamp(0.0, 1.0) * e).length()
+        };
+        edges.into_iter().filter(|(_, e)| *e != DVec3::ZERO).map(to_edge).fold(f64::MAX, f64::min)
     }
 
     /// Cells of the grid that the triangle may set: those of its box near its plane.

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use super::reference::Sat;
-use crate::Voxelizer;
 use crate::test_scenes::{Built, Random, build, gpu, number, numbered, quad, soup, sphere, upload};
+use crate::{Cover, Voxelizer};
 use frame::Gpu;
 use frame::scene_gpu::GpuScene;
 use glam::{IVec3, Vec3};
@@ -12,20 +12,24 @@ use std::collections::{HashMap, HashSet};
 
 const UNIT: Aabb = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
 
-fn voxelizer(gpu: &Gpu, scene: &GpuScene, cover: &str) -> Voxelizer {
+fn voxelizer(gpu: &Gpu, scene: &GpuScene, cover: Cover) -> Voxelizer {
     let mut voxelizer = Voxelizer::new(gpu, scene).unwrap();
-    frame::set_knob(&mut voxelizer.knobs(), "voxelizer", "compute").unwrap();
-    frame::set_knob(&mut voxelizer.knobs(), "cover", cover).unwrap();
+    let of = if cover == Cover::Boxes { "raster" } else { "compute" };
+    frame::set_knob(&mut voxelizer.knobs(), "voxelizer", of).unwrap();
+    let cells = if cover == Cover::Thin { "thin" } else { "conservative" };
+    frame::set_knob(&mut voxelizer.knobs(), "cover", cells).unwrap();
+    assert_eq!(voxelizer.cover(), cover);
     voxelizer
 }
 
 /// The least key of each cell, and cells in which rounding may decide otherwise: a triangle hardly overlaps or hardly
 /// does not, or its distance is near a step.
-fn winners(built: &Built, triangles: &[[Vec3; 3]], is_thin: bool) -> (HashMap<IVec3, u32>, HashSet<IVec3>) {
+fn winners(built: &Built, triangles: &[[Vec3; 3]], cover: Cover) -> (HashMap<IVec3, u32>, HashSet<IVec3>) {
     let (mut winners, mut close) = (HashMap::new(), HashSet::new());
+    let is_thin = cover == Cover::Thin;
     let steps = f64::from(if is_thin { super::STEPS_THIN } else { super::STEPS_CONSERVATIVE });
     for (number, triangle) in (0..).zip(triangles) {
-        let Some(sat) = Sat::new(&built.layout, *triangle, is_thin) else { continue };
+        let Some(sat) = Sat::new(&built.layout, *triangle, cover) else { continue };
         for cell in sat.candidates(&built.layout) {
             let center = cell.as_dvec3() + 0.5;
             let overlap = sat.overlap(center);
@@ -57,9 +61,9 @@ fn the_device_finds_the_same_winners_as_the_cpu() {
         ("sphere", sphere(Vec3::splat(0.5), 0.47, 20), 130),
     ] {
         let scene = upload(&gpu, &numbered(&triangles));
-        for (cover, is_thin) in [("thin", true), ("conservative", false)] {
+        for cover in [Cover::Thin, Cover::Conservative, Cover::Boxes] {
             let built = build(&gpu, &mut voxelizer(&gpu, &scene, cover), &scene, UNIT, grid);
-            let (expected, close) = winners(&built, &triangles, is_thin);
+            let (expected, close) = winners(&built, &triangles, cover);
             let there: HashMap<IVec3, u32> =
                 built.cells().into_iter().map(|c| (c, number(built.record(c).unwrap()))).collect();
             let all: HashSet<_> = expected.keys().chain(there.keys()).collect();
@@ -69,20 +73,20 @@ fn the_device_finds_the_same_winners_as_the_cpu() {
             let (excused, wrong): (Vec<&IVec3>, Vec<&IVec3>) =
                 all.iter().filter(differ).partition(|cell| close.contains(**cell));
             println!(
-                "{name}, {cover}: {} cells, {} of {} close calls",
+                "{name}, {cover:?}: {} cells, {} of {} close calls",
                 there.len(),
                 excused.len(),
                 close.len()
             );
             assert!(
                 wrong.is_empty(),
-                "{name}, {cover}: {} of {}: {:?}",
+                "{name}, {cover:?}: {} of {}: {:?}",
                 wrong.len(),
                 there.len(),
                 wrong.first()
             );
-            assert!(excused.len() * 100 <= there.len(), "{name}, {cover}: {}", excused.len());
-            if !is_thin {
+            assert!(excused.len() * 100 <= there.len(), "{name}, {cover:?}: {}", excused.len());
+            if cover == Cover::Conservative {
                 // Whatever rounding does, no cell is missed.
                 let missed = expected.keys().filter(|cell| !there.contains_key(*cell)).count();
                 assert_eq!(missed, 0, "{name}");
@@ -96,10 +100,10 @@ fn every_point_of_a_triangle_is_in_a_conservative_voxel() {
     let Some(gpu) = gpu() else { return };
     let triangles = soup(800, 0.5);
     let scene = upload(&gpu, &[(Material::lambert("", Vec3::ONE), triangles.clone())]);
-    let built = build(&gpu, &mut voxelizer(&gpu, &scene, "conservative"), &scene, UNIT, 90);
+    let built = build(&gpu, &mut voxelizer(&gpu, &scene, Cover::Conservative), &scene, UNIT, 90);
     let mut random = Random(5);
     // Those without an area, once their corners are moved, have no cells.
-    let is_there = |t: &&[Vec3; 3]| Sat::new(&built.layout, **t, false).is_some();
+    let is_there = |t: &&[Vec3; 3]| Sat::new(&built.layout, **t, Cover::Conservative).is_some();
     for triangle in triangles.iter().filter(is_there) {
         for _ in 0..100 {
             let (mut u, mut v) = (random.next(), random.next());
@@ -124,7 +128,7 @@ fn a_closed_sphere_lets_no_ray_out() {
     let Some(gpu) = gpu() else { return };
     let center = Vec3::splat(0.5);
     let scene = upload(&gpu, &[(Material::lambert("", Vec3::ONE), sphere(center, 0.48, 40))]);
-    for cover in ["thin", "conservative"] {
+    for cover in [Cover::Thin, Cover::Conservative] {
         let built = build(&gpu, &mut voxelizer(&gpu, &scene, cover), &scene, UNIT, 96);
         let mut random = Random(1);
         let out = (0..100_000)
@@ -133,8 +137,8 @@ fn a_closed_sphere_lets_no_ray_out() {
                 built.grid.trace(origin, random.direction(), 10.0).0.is_none()
             })
             .count();
-        println!("{cover}: {} voxels, {out} of 100000 rays leave", built.voxels.voxel_count);
-        assert_eq!(out, 0, "{cover}");
+        println!("{cover:?}: {} voxels, {out} of 100000 rays leave", built.voxels.voxel_count);
+        assert_eq!(out, 0, "{cover:?}");
     }
 }
 
@@ -143,7 +147,7 @@ fn a_wall_on_a_boundary_is_one_layer_behind_its_face() {
     let Some(gpu) = gpu() else { return };
     let wall = quad(Vec3::new(0.0, 0.0, 0.5), Vec3::X, Vec3::Y);
     let scene = upload(&gpu, &[(Material::lambert("", Vec3::ONE), wall)]);
-    let built = build(&gpu, &mut voxelizer(&gpu, &scene, "thin"), &scene, UNIT, 20);
+    let built = build(&gpu, &mut voxelizer(&gpu, &scene, Cover::Thin), &scene, UNIT, 20);
     // 16 cells across the box, and two of border: the face at 10 looks up, its layer is 9. Its edges lie on boundaries
     // too; what only touches a cell from outside does not set it.
     assert!(built.cells().iter().all(|c| c.z == 9), "{:?}", built.cells());
@@ -160,14 +164,14 @@ fn one_triangle_of_the_whole_grid_and_many_in_one_voxel() {
     crowd.push([Vec3::ZERO, Vec3::new(1.0, 0.93, 0.1), Vec3::new(0.9, 1.0, 0.97)]);
     let scene = upload(&gpu, &[(Material::lambert("", Vec3::ONE), crowd.clone())]);
     let mut found = Vec::new();
-    for cover in ["thin", "conservative"] {
+    for cover in [Cover::Thin, Cover::Conservative] {
         let built = build(&gpu, &mut voxelizer(&gpu, &scene, cover), &scene, UNIT, 260);
-        let (expected, close) = winners(&built, &crowd, cover == "thin");
+        let (expected, close) = winners(&built, &crowd, cover);
         let there: HashSet<IVec3> = built.cells().into_iter().collect();
         let differ = expected.keys().copied().collect::<HashSet<_>>();
         let wrong = differ.symmetric_difference(&there).filter(|c| !close.contains(*c)).count();
-        println!("{cover}: {} voxels, {} close calls", there.len(), close.len());
-        assert_eq!(wrong, 0, "{cover}");
+        println!("{cover:?}: {} voxels, {} close calls", there.len(), close.len());
+        assert_eq!(wrong, 0, "{cover:?}");
         found.push(there);
     }
     assert!(found[0].is_subset(&found[1]));

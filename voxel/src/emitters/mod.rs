@@ -372,7 +372,7 @@ fn count(
         };
         let positions = corners.map(|(position, _)| position);
         let Cover::Columns(axes) = cover else {
-            let Some(sat) = Sat::new(layout, positions, cover == Cover::Thin) else { continue };
+            let Some(sat) = Sat::new(layout, positions, cover) else { continue };
             for columns in Columns::all(layout, positions, Axes::Dominant) {
                 for cell in sat.cells(layout) {
                     let [u, v] = columns.column(cell);
