@@ -58,6 +58,7 @@ pub struct Scene {
     pub warnings: Vec<String>,
     rest: Geometry,
     bounds: Aabb,
+    origin: glam::Vec3,
     motion: motion::Motion,
 }
 
@@ -94,10 +95,16 @@ impl Scene {
         name: &str,
         materials: Vec<Material>,
         images: Vec<Image>,
-        rest: Geometry,
-        cameras: Vec<Camera>,
+        mut rest: Geometry,
+        mut cameras: Vec<Camera>,
         sky: Sky,
     ) -> Self {
+        let origin = rest.bounds().better_origin();
+        rest.positions.iter_mut().for_each(|p| *p -= origin);
+        for camera in &mut cameras {
+            camera.eye -= origin;
+            camera.target -= origin;
+        }
         let bounds = rest.bounds();
         Self {
             name: name.into(),
@@ -109,6 +116,7 @@ impl Scene {
             warnings: Vec::new(),
             rest,
             bounds,
+            origin,
             motion: motion::Motion::default(),
         }
     }
@@ -131,6 +139,12 @@ impl Scene {
     /// Box around every pose: the union over animation keys and the radius of `--move`. Fixed at load.
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// The point of the file's world that is the origin of everything here, m: 0 but for scenes that are so far away from
+    /// theirs that floats would not suffice. Whoever brings places of their own subtracts it.
+    pub fn origin(&self) -> glam::Vec3 {
+        self.origin
     }
 
     /// Length of the animation in seconds; 0 when nothing is animated.

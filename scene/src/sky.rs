@@ -139,18 +139,25 @@ fn decode_exr(bytes: &[u8], meter: &Meter) -> Result<SkyMap, Fault> {
     for layer in &header.headers {
         afford(layer.layer_size.width(), layer.layer_size.height(), meter)?;
     }
-    let picture = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgba_channels(
-            |size, _channels| (size.width(), vec![Vec3::ZERO; size.area()]),
-            |(width, texels): &mut (usize, Vec<Vec3>), at, (r, g, b, _a): (f32, f32, f32, f32)| {
-                texels[at.y() * *width + at.x()] = Vec3::new(r, g, b);
-            },
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
+    // The decoder is not made for hostile files and may give up in the middle of its arithmetic; in this thread, where it
+    // can be caught.
+    let pixels = || {
+        read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgba_channels(
+                |size, _channels| (size.width(), vec![Vec3::ZERO; size.area()]),
+                |(width, texels): &mut (usize, Vec<Vec3>), at, (r, g, b, _a): (f32, f32, f32, f32)| {
+                    texels[at.y() * *width + at.x()] = Vec3::new(r, g, b);
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .non_parallel()
+            .from_buffered(Cursor::new(bytes))
+    };
+    let picture = std::panic::catch_unwind(pixels)
+        .map_err(|_| "pixels: the decoder gave up".to_owned())?
         .map_err(|e| format!("pixels: {e}"))?;
     let layer = picture.layer_data;
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);

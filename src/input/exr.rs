@@ -141,7 +141,12 @@ pub fn read_exr_layers_within(path: &Path, budget: LoadBudget) -> Result<Layers,
         ));
     }
     let file = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
-    let parts = file.from_file(path).map_err(not_exr)?.layer_data;
+    // The decoder is not made for hostile files and may give up in the middle of its arithmetic; in this thread, where it
+    // can be caught.
+    let parts = std::panic::catch_unwind(|| file.non_parallel().from_file(path))
+        .map_err(|_| unreadable(path, "not a readable OpenEXR file: the decoder gave up".into()))?
+        .map_err(not_exr)?
+        .layer_data;
 
     let sizes: Vec<[u32; 2]> =
         parts.iter().map(|p| [p.size.width() as u32, p.size.height() as u32]).collect();

@@ -59,16 +59,16 @@ pub fn camera(settings: &RenderSettings, scene: &Scene, time: f32) -> Result<Cam
             index: *index,
             count: scene.cameras.len(),
         }),
-        View::LookAt(view) => Ok(look_at(view)),
-        View::Path(path) => Ok(look_at(&path.at(time))),
+        View::LookAt(view) => Ok(look_at(view, scene.origin())),
+        View::Path(path) => Ok(look_at(&path.at(time), scene.origin())),
     }
 }
 
-fn look_at(view: &LookAt) -> Camera {
+fn look_at(view: &LookAt, origin: Vec3) -> Camera {
     Camera {
         name: String::new(),
-        eye: view.eye.into(),
-        target: view.target.into(),
+        eye: Vec3::from(view.eye) - origin,
+        target: Vec3::from(view.target) - origin,
         up: view.up.into(),
         vfov: view.vfov,
     }

@@ -69,7 +69,8 @@ pub fn run(target: Option<&str>, seconds: u32) -> Result<(), Failure> {
 /// What this toolchain builds for: with a target named, flags do not reach build scripts and macros.
 fn host() -> Result<String, Failure> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let said = Command::new(rustc).arg("-vV").output().map_err(|e| Failure::new(format!("rustc -vV: {e}")))?;
+    let said =
+        Command::new(rustc).arg("-vV").output().map_err(|e| Failure::new(format!("rustc -vV: {e}")))?;
     let said = String::from_utf8_lossy(&said.stdout).into_owned();
     let host = said.lines().find_map(|line| line.strip_prefix("host: "));
     host.map(str::to_owned).ok_or_else(|| Failure::new("rustc -vV names no host"))

@@ -96,7 +96,12 @@ pub(super) fn scene(
             .push("extras.emitters is left out: give light from far away with --sky or --sun".into());
     }
 
-    let (mut rest, movers, dropped) = geometry(&drawn, &tree.rig, &skins, &lights);
+    let (mut rest, mut movers, mut dropped) = geometry(&drawn, &tree.rig, &skins, &lights);
+    let origin = rest.bounds().better_origin();
+    if origin != Vec3::ZERO {
+        tree.rig.origin = origin;
+        (rest, movers, dropped) = geometry(&drawn, &tree.rig, &skins, &lights);
+    }
     let second_uv = |m: &Material| {
         let slots = m.textures().map(|(slot, _)| slot);
         slots.into_iter().chain([m.height.map(|h| h.texture)]).flatten().any(|slot| slot.uv_set == 1)
@@ -123,6 +128,7 @@ pub(super) fn scene(
         warnings: document.warnings,
         rest,
         bounds,
+        origin,
         motion,
     })
 }

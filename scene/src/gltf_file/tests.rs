@@ -254,6 +254,24 @@ fn triangles_that_are_not_finite_are_left_out_and_counted() {
 }
 
 #[test]
+fn a_scene_far_away_is_brought_near_with_all_that_is_in_it() {
+    let mut file = File::triangle();
+    file.json["nodes"] = json!([{"mesh": 0, "translation": [10000, 0, -10000]},
+        {"camera": 0, "translation": [10000, 0, -9996]}]);
+    file.json["scenes"][0]["nodes"] = json!([0, 1]);
+    file.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}]);
+    let scene = file.load().unwrap();
+    assert_eq!(scene.origin(), Vec3::new(10000.0, 0.0, -10000.0));
+    assert_eq!(scene.rest().positions, [Vec3::ZERO, Vec3::X, Vec3::Y], "as exact as it was in the file");
+    assert_eq!(scene.cameras[0].eye, 4.0 * Vec3::Z);
+    // What is near stays where it is, to the bit.
+    let mut near = File::triangle();
+    near.json["nodes"][0]["translation"] = json!([100, 0, 0]);
+    let near = near.load().unwrap();
+    assert_eq!((near.origin(), near.rest().positions[0]), (Vec3::ZERO, Vec3::new(100.0, 0.0, 0.0)));
+}
+
+#[test]
 fn extensions_required_but_not_read_are_named() {
     let mut file = File::triangle();
     file.json["extensionsUsed"] = json!(["KHR_materials_sheen", "KHR_draco_mesh_compression"]);

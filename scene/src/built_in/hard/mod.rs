@@ -66,7 +66,7 @@ const ALL: &[HardScene] = &[
     white("roughness_ladder", "white metal of roughness 0, 0.001 and 1", skies::roughness_ladder),
     white("index_ladder", "clear glass of index 1, 1.0001 and 3", skies::index_ladder),
     white("nested_glass", "glass in glass in glass", skies::nested_glass),
-    white("inside_glass", "the camera inside a glass ball", skies::inside_glass),
+    open("inside_glass", "the camera inside a glass ball", skies::INSIDE_GLASS, skies::inside_glass),
     white("facing_mirrors", "two white mirrors face each other", skies::facing_mirrors),
     white(
         "mirrored_uvs",

@@ -15,6 +15,9 @@ const GRAZING_IRRADIANCE: f32 = 180.0;
 /// A Lambert plane of albedo 1 under nothing but the sun: `E sin(elevation) / pi`.
 pub(super) const GRAZING: Truth = Truth::Everywhere(GRAZING_IRRADIANCE * GRAZING_SINE / PI);
 
+/// Refraction gathers light into a smaller cone: within an index n, a white sky is n^2 as bright, reflected or not.
+pub(super) const INSIDE_GLASS: Truth = Truth::Everywhere(1.5 * 1.5);
+
 fn view(eye: Vec3, target: Vec3, degrees: f32) -> Vec<Camera> {
     vec![Camera { name: "front".into(), eye, target, up: Vec3::Y, vfov: degrees.to_radians() }]
 }
