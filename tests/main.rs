@@ -2,14 +2,17 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod arithmetic;
 #[path = "report_browser.rs"]
 mod browser;
 mod cli;
 mod compare;
 mod counts;
 mod denoise;
+mod dependencies;
 mod furnace;
 mod hard;
+mod machine;
 mod metrics;
 mod motion;
 mod radiometry;
