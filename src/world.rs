@@ -4,11 +4,12 @@
 use crate::Error;
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Buffer, FrameLog, Gpu, Knob, Recorder};
+use glam::Vec3;
 use scene::Aabb;
 use tracer::bvh::cwbvh::{self, Cwbvh};
 use tracer::bvh::lbvh::{Lbvh, LbvhBuilder};
 use tracer::{LightList, RadianceCache, Search, World};
-use voxel::{Rest, VoxelGrid, Voxelizer};
+use voxel::{Cascades, Rest, VoxelError, VoxelGrid, Voxelizer};
 
 /// The structures that stand, and what builds them.
 pub struct Searches {
@@ -17,6 +18,8 @@ pub struct Searches {
     grid: Option<VoxelGrid>,
     /// What stands still in the grid, where not all does.
     rest: Option<Rest>,
+    /// Its levels around the viewer, where it has any.
+    cascades: Option<Cascades>,
     lbvh: Option<Lbvh>,
     cwbvh: Option<Cwbvh>,
     grid_moved: bool,
@@ -39,6 +42,8 @@ pub struct Site<'a> {
     pub bounds: Aabb,
     /// Cells on the longest axis.
     pub grid: u32,
+    /// Where the viewer is, m.
+    pub eye: Vec3,
     /// Voxels keep radiance.
     pub cache: bool,
 }
@@ -54,6 +59,7 @@ impl Searches {
             lbvh_builder: LbvhBuilder::new(gpu, scene)?,
             grid: None,
             rest: None,
+            cascades: None,
             lbvh: None,
             cwbvh: None,
             grid_moved: false,
@@ -70,6 +76,11 @@ impl Searches {
         self.voxelizer.knobs()
     }
 
+    /// Whether voxels are in nested levels.
+    pub fn has_levels(&self) -> bool {
+        self.voxelizer.cascades() > 1
+    }
+
     /// The voxels, once they were asked for.
     pub fn grid(&self) -> Option<&VoxelGrid> {
         self.grid.as_ref()
@@ -79,6 +90,7 @@ impl Searches {
     pub fn forget_grid(&mut self) {
         self.grid = None;
         self.rest = None;
+        self.cascades = None;
         self.grid_lights = None;
         self.cache = None;
     }
@@ -152,9 +164,21 @@ impl Searches {
         self.recognise(site);
         match what {
             Search::Grid => {
+                if site.cache && self.has_levels() {
+                    return Err(VoxelError::CascadedCache { cascades: self.voxelizer.cascades() }.into());
+                }
                 if self.grid.is_none() {
                     recorder.flush();
                     log = self.build_grid(gpu, site)?;
+                } else if let (Some(grid), Some(cascades)) = (&mut self.grid, &mut self.cascades) {
+                    if cascades.moves(site.eye) {
+                        recorder.flush();
+                    }
+                    let (scene, mesh) = (site.scene, site.mesh);
+                    if let Some(moved) = self.voxelizer.follow(gpu, scene, mesh, grid, cascades, site.eye)? {
+                        self.grid_lights = None;
+                        log = moved;
+                    }
                 }
                 if let (true, Some(grid), Some(rest)) = (self.grid_moved, &mut self.grid, &mut self.rest) {
                     self.voxelizer.revoxelize(recorder, site.scene, site.mesh, grid, rest)?;
@@ -208,8 +232,13 @@ impl Searches {
 
     /// The whole grid, or what stands still of it.
     fn build_grid(&mut self, gpu: &Gpu, site: Site<'_>) -> Result<FrameLog, Error> {
-        let Site { scene, mesh, bounds, grid, .. } = site;
-        let (grid, log) = if self.voxelizer.follows(mesh) {
+        let Site { scene, mesh, bounds, grid, eye, .. } = site;
+        let (grid, log) = if self.has_levels() {
+            let (grid, cascades, log) =
+                self.voxelizer.voxelize_levels(gpu, scene, mesh, bounds, grid, eye)?;
+            self.cascades = Some(cascades);
+            (grid, log)
+        } else if self.voxelizer.follows(mesh) {
             let (grid, rest, log) = self.voxelizer.voxelize_rest(gpu, scene, mesh, bounds, grid)?;
             (self.rest, self.grid_moved) = (Some(rest), true);
             (grid, log)

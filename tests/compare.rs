@@ -115,6 +115,48 @@ fn every_combination_has_its_rows_and_shards_make_the_whole() {
 }
 
 #[test]
+fn a_moving_view_has_a_temporal_error_that_falls_with_the_samples() {
+    let scratch = Scratch::new("temporal");
+    std::fs::create_dir_all(scratch.path()).unwrap();
+    let [cache, out, path] = ["cache", "out", "path.json"].map(|name| scratch.path().join(name));
+    let keys = r#"{"keys":[{"time":0,"eye":[0,2.7,8],"target":[0,2.7,0]},{"time":0.1,"eye":[0.3,2.7,7.6],"target":[0,2.7,0]}]}"#;
+    std::fs::write(&path, keys).unwrap();
+    let line = format!(
+        "compare cornell --path {} --trace-size 16x16 --display-size 16x16 --tracers bvh --denoisers none \
+         --upsamplers nearest --spp 1,16 --reference-spp 4 --temporal-spp 16 --quiet --cache {} --out {}",
+        path.display(),
+        cache.display(),
+        out.display()
+    );
+    ends(&gridlight(&line), 0, "");
+    let temporal = |rows: &[Value], spp: u64| {
+        let row = rows.iter().find(|row| row["spp"] == spp).unwrap();
+        row["temporal"].as_f64().unwrap_or_else(|| panic!("{row}"))
+    };
+    let first = rows(&out);
+    let [few, many] = [1, 16].map(|spp| temporal(&first, spp));
+    // Noise falls by 4; a factor of 2 leaves room for what 256 pixels and 4 frames do not average out.
+    assert!(many > 0.0 && few > 2.0 * many, "{few} at one sample, {many} at sixteen");
+    // The path's 4 frames, twice, are found again.
+    let frames = || -> usize {
+        let folders = std::fs::read_dir(&cache).unwrap().map(|e| e.unwrap().path());
+        folders
+            .filter(|f| f.join("frame.0001.exr").is_file())
+            .map(|f| std::fs::read_dir(f).unwrap().count())
+            .sum()
+    };
+    assert_eq!(frames(), 8);
+    ends(&gridlight(&line), 0, "");
+    assert_eq!(frames(), 8);
+    assert_eq!(temporal(&rows(&out), 1), few);
+
+    let still = line.replace(&format!("--path {}", path.display()), "--camera 0 --frames 3");
+    ends(&gridlight(&still), 0, "");
+    assert!(temporal(&rows(&out), 1) > 0.0, "what stands still flickers, too");
+    assert_eq!(frames(), 8, "and needs no references of its frames");
+}
+
+#[test]
 fn a_comparison_that_cannot_be_made_says_so_and_leaves_nothing() {
     let scratch = Scratch::new("refused");
     let [cache, out] = ["cache", "out"].map(|name| scratch.path().join(name));

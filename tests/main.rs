@@ -5,6 +5,7 @@
 mod arithmetic;
 #[path = "report_browser.rs"]
 mod browser;
+mod build_time;
 mod cli;
 mod compare;
 mod counts;

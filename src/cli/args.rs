@@ -5,7 +5,7 @@ use super::view::{BEST_BVH, StreetArgs, ViewArgs, stage_id};
 use crate::Error;
 use crate::foreign::DepthKind;
 use crate::report::Shard;
-use crate::settings::{KnobSetting, RenderSettings, View};
+use crate::settings::{KnobSetting, RenderSettings};
 use crate::stages::Kind;
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
@@ -125,9 +125,13 @@ pub struct CompareArgs {
     /// Cells on the longest axis; a list.
     #[arg(long, visible_alias = "grid", value_name = "NS", value_delimiter = ',', default_values = ["256"], value_parser = clap::value_parser!(u32).range(8..=4096))]
     pub grids: Vec<u32>,
-    /// Timed frames of each combination, after one that warms up.
-    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u32).range(1..))]
-    pub frames: u32,
+    /// Timed frames of each combination, after one that warms up [default: 5; with --path: to its end]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    /// Samples per pixel of each frame's two references where the view or the scene moves, for the temporal error; 0 leaves
+    /// it out. What stands still needs none.
+    #[arg(long, value_name = "N", default_value = "128", value_parser = clap::value_parser!(u32).range(..=65535))]
+    pub temporal_spp: u32,
     /// Samples per pixel of the references.
     #[arg(long, value_name = "N", default_value = "1024", value_parser = clap::value_parser!(u32).range(2..))]
     pub reference_spp: u32,
@@ -269,11 +273,7 @@ impl RenderArgs {
         let mut settings = self.street.settings()?.ok_or(Error::NoScene)?;
         settings.fps = self.fps.unwrap_or(settings.fps);
         // A path is walked to its end unless it is said how far.
-        let whole = match &settings.view {
-            View::Path(path) => ((path.end() - settings.time) * settings.fps).round().max(0.0) as u32 + 1,
-            _ => settings.frames,
-        };
-        settings.frames = self.frames.unwrap_or(whole);
+        settings.frames = self.frames.unwrap_or_else(|| settings.frames_of_path());
         Ok(settings)
     }
 }
@@ -282,7 +282,7 @@ impl RenderArgs {
 #[allow(clippy::unwrap_used, clippy::panic)]
 mod tests {
     use super::*;
-    use crate::settings::{Model, Preset, SkySetting};
+    use crate::settings::{Model, Preset, SkySetting, View};
 
     fn settings(line: &str) -> Result<RenderSettings, String> {
         let words = ["gridlight", "render", "--out", "out"].into_iter().chain(line.split_whitespace());

@@ -6,12 +6,16 @@ use super::{json, print};
 use crate::Error;
 use crate::compare::{self, Comparison, Lists};
 use crate::reference::Goal;
+use crate::settings::View;
 use crate::suite;
 use frame::Gpu;
 use std::time::Duration;
 
 /// Most seconds for one reference on a software adapter where nobody says.
 const SOFTWARE_SECONDS: f32 = 600.0;
+
+/// Timed frames where nobody says and no path does.
+const USUAL_FRAMES: u32 = 5;
 
 /// Compares what the arguments say.
 pub fn run(args: &CompareArgs) -> Result<(), Error> {
@@ -24,11 +28,16 @@ pub fn run(args: &CompareArgs) -> Result<(), Error> {
 fn one_scene(args: &CompareArgs) -> Result<(), Error> {
     let base = args.view.settings()?.ok_or(Error::NoScene)?;
     let gpu = Gpu::new(args.view.adapter.as_deref())?;
+    let frames = args.frames.unwrap_or(match &base.view {
+        View::Path(_) => base.frames_of_path(),
+        _ => USUAL_FRAMES,
+    });
     let comparison = Comparison {
         base,
         lists: lists(args),
         shard: args.shard,
-        frames: args.frames,
+        frames,
+        temporal_spp: args.temporal_spp,
         goal: goal(args, &gpu),
         cache: args.cache.clone().unwrap_or_else(compare::default_cache),
         out: args.out.clone(),
@@ -52,7 +61,7 @@ fn hard_suite(args: &CompareArgs) -> Result<(), Error> {
     let hard = suite::Suite {
         base,
         lists: lists(args),
-        frames: args.frames,
+        frames: args.frames.unwrap_or(USUAL_FRAMES),
         goal: goal(args, &gpu),
         cache: args.cache.clone().unwrap_or_else(compare::default_cache),
         out: args.out.clone(),

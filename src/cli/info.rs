@@ -13,6 +13,7 @@ use frame::Gpu;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use voxel::VoxelGrid;
 
 #[derive(Serialize)]
 struct Info {
@@ -38,13 +39,16 @@ struct SceneInfo {
     needs: BTreeMap<&'static str, bool>,
     radiance_scale: f32,
     voxel_size_m: Option<f32>,
+    /// Nested grids, each with voxels half as large as those of the one around it.
+    voxel_levels: Option<u32>,
+    finest_voxel_size_m: Option<f32>,
     voxels: Option<u32>,
     bricks: Option<u32>,
     /// Of a voxel's record: what the scene needs of 16.
     record_bytes: Option<u64>,
     /// What 16 bytes per voxel would take beyond that.
     saved_bytes: Option<u64>,
-    /// What 16 bytes in every cell would take.
+    /// What 16 bytes in every cell would take, of the finest level if there are more.
     dense_voxel_bytes: Option<u64>,
     memory_bytes: MemoryBytes,
     warnings: Vec<String>,
@@ -102,14 +106,22 @@ fn describe(gpu: Gpu, settings: RenderSettings) -> Result<SceneInfo, Error> {
         needs: world.needs.list().into(),
         radiance_scale: world.radiance_scale,
         voxel_size_m: grid.map(|g| g.voxel_size),
+        voxel_levels: grid.map(|g| g.levels),
+        finest_voxel_size_m: grid.map(|g| g.voxel_size / finer(g) as f32),
         voxels: grid.map(|g| g.voxel_count),
         bricks: grid.map(|g| g.brick_count),
         record_bytes: grid.map(|g| g.record.bytes()),
         saved_bytes: grid.map(|g| (16 - g.record.bytes()) * u64::from(g.voxel_count)),
-        dense_voxel_bytes: grid.map(|g| 16 * g.cells.map(u64::from).iter().product::<u64>()),
+        dense_voxel_bytes: grid
+            .map(|g| 16 * g.cells.map(|n| finer(g) * u64::from(n)).iter().product::<u64>()),
         memory_bytes: MemoryBytes::of(pipeline.gpu()),
         warnings: pipeline.warnings().to_vec(),
     })
+}
+
+/// Cells of the finest level per cell of the coarsest, along an axis.
+fn finer(grid: &VoxelGrid) -> u64 {
+    1 << (grid.levels - 1)
 }
 
 impl Info {
@@ -162,6 +174,9 @@ impl SceneInfo {
             let dense = table::megabytes(dense);
             let _ =
                 writeln!(text, "voxels          {voxels} of {size} m in {bricks} bricks (dense: {dense})");
+            if let (Some(levels @ 2..), Some(finest)) = (self.voxel_levels, self.finest_voxel_size_m) {
+                let _ = writeln!(text, "levels          {levels}, the finest of {finest} m");
+            }
         }
         if let (Some(record), Some(saved)) = (self.record_bytes, self.saved_bytes) {
             let unneeded: Vec<_> = self.needs.iter().filter(|(_, on)| !**on).map(|(name, _)| *name).collect();

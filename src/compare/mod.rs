@@ -7,29 +7,33 @@
 //! **Error.** The last of these frames, against two converged references at display size: triangles (the true error)
 //! and the same voxels (what sampling and filtering did). References are cached by the content of the scene and of
 //! every setting that decides them.
+//! **Flicker.** All of these frames, along motion (`sequence.rs`). Where the view or the scene moves, each frame has two
+//! further references by the row's own tracer.
 //! **Alone.** Voxels race BVHs over single rays ([`crate::race`]), and are asked what they get wrong ([`crate::defects`]).
 //! **Equal time.** Beside every filtered row stands plain path tracing by the same tracer, given as many samples as fit
 //! that row's time.
 
+mod frames;
 mod plan;
+mod references;
+mod sequence;
 
 pub use plan::Lists;
 
 use crate::metrics::{self, MetricError};
 use crate::output::log::MemoryBytes;
 use crate::pipeline::{Pipeline, Rendered};
-use crate::reference::{self, Goal};
-use crate::report::{
-    Errors, Facts, Picture, Reference, ReferenceInfo, Report, Row, Shard, StageTimes, Timing, heat_map,
-};
+use crate::reference::Goal;
+use crate::report::{Errors, Facts, Picture, Reference, Report, Row, Shard, StageTimes, Timing, heat_map};
 use crate::{Error, Progress, RenderSettings, defects, output, race};
 use frame::cpu::Image;
 use frame::{FrameLog, Gpu};
 use plan::traces_voxels;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use references::References;
+use sequence::Sequence;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use tracer::Search;
 
 /// Linear radiance.
 type Color = Image<[f32; 3]>;
@@ -45,6 +49,8 @@ pub struct Comparison {
     pub shard: Shard,
     /// Timed frames of each.
     pub frames: u32,
+    /// Samples of the two references of each frame of what moves; 0 = none.
+    pub temporal_spp: u32,
     /// When references are good enough.
     pub goal: Goal,
     /// Where references are kept between runs.
@@ -57,17 +63,11 @@ pub struct Comparison {
     pub exposure: f32,
 }
 
-/// The references that errors are measured against.
-struct References {
-    bvh: Color,
-    voxel: HashMap<u32, Color>,
-    infos: Vec<ReferenceInfo>,
-    pictures: Vec<Picture>,
-}
-
 /// Frames of one configuration.
 struct Measured {
     color: Color,
+    temporal: Option<f64>,
+    uncovered: Option<f64>,
     logs: Vec<FrameLog>,
     seconds: Vec<f64>,
     /// Of the structures, when they were built.
@@ -101,20 +101,20 @@ pub fn run(comparison: &Comparison, gpu: Gpu, progress: &Progress) -> Result<Rep
         }
     }
     output::folder(&comparison.out)?;
-    let references = references(comparison, &combinations, &mut pipeline, progress)?;
+    let references = References::converge(comparison, &combinations, &mut pipeline, progress)?;
 
     let mut rows = Vec::new();
     let mut pictures = references.pictures.clone();
     for (k, settings) in combinations.iter().enumerate() {
         progress.report("comparing", k as f32 / combinations.len() as f32);
-        let measured = measure(&mut pipeline, settings, comparison.frames)?;
+        let measured = measure(&mut pipeline, settings, comparison.frames, &references)?;
         let row = row(comparison, settings, &measured, None);
         add(comparison, &references, &row, &measured, &mut rows, &mut pictures)?;
         if settings.denoiser == "identity" {
             continue;
         }
         let Some(plain) = equal_time(settings, &measured) else { continue };
-        let measured = measure(&mut pipeline, &plain, comparison.frames)?;
+        let measured = measure(&mut pipeline, &plain, comparison.frames, &references)?;
         let row = self::row(comparison, &plain, &measured, Some(row.configuration()));
         add(comparison, &references, &row, &measured, &mut rows, &mut pictures)?;
     }
@@ -146,73 +146,40 @@ fn alone(combinations: &[RenderSettings], pipeline: &mut Pipeline, report: &mut 
     Ok(())
 }
 
-/// Converges, or finds in the cache, triangles and the voxels of every grid that is compared.
-fn references(
-    comparison: &Comparison,
-    combinations: &[RenderSettings],
-    pipeline: &mut Pipeline,
-    progress: &Progress,
-) -> Result<References, Error> {
-    let out = &comparison.out;
-    let mut infos = Vec::new();
-    let mut pictures = Vec::new();
-    let mut converged =
-        |pipeline: &mut Pipeline, kind: Reference, grid: Option<u32>| -> Result<Color, Error> {
-            let name = grid.map_or("reference_bvh".into(), |grid| format!("reference_voxel_{grid}"));
-            progress.report(&format!("converging {name}"), 0.0);
-            let search = if kind == Reference::Voxel { Search::Grid } else { Search::Cwbvh };
-            let key = reference::key(pipeline, search);
-            let folder = comparison.cache.join(reference::key_name(&key));
-            let found = reference::run(pipeline, search, comparison.goal, &folder)?;
-            let file = format!("{name}.exr");
-            output::color_exr(&out.join(&file), &found.mean)?;
-            let png = format!("{name}.png");
-            output::color_png(&out.join(&png), &found.mean, comparison.exposure)?;
-            pictures.push(Picture { id: name, reference: true, file: png, heat: None });
-            infos.push(ReferenceInfo {
-                kind,
-                grid,
-                spp: u32::try_from(found.summary.spp).unwrap_or(u32::MAX),
-                noise_rel_mse: Some(found.summary.noise_rel_mse),
-                gap_rmse: None,
-                file,
-            });
-            Ok(found.mean)
-        };
-    let bvh = converged(pipeline, Reference::Bvh, None)?;
-    let mut voxel = HashMap::new();
-    for settings in combinations.iter().filter(|s| traces_voxels(&s.tracer)) {
-        if voxel.contains_key(&settings.grid) {
-            continue;
-        }
-        pipeline.change(settings)?;
-        voxel.insert(settings.grid, converged(pipeline, Reference::Voxel, Some(settings.grid))?);
-    }
-    for info in infos.iter_mut().filter(|info| info.kind == Reference::Voxel) {
-        if let Some(voxel) = info.grid.and_then(|grid| voxel.get(&grid)) {
-            info.gap_rmse = metrics::rmse(&bvh, voxel).ok();
-        }
-    }
-    Ok(References { bvh, voxel, infos, pictures })
-}
-
 /// One frame to warm up, then a restart and the frames that count.
-fn measure(pipeline: &mut Pipeline, settings: &RenderSettings, frames: u32) -> Result<Measured, Error> {
+fn measure(
+    pipeline: &mut Pipeline,
+    settings: &RenderSettings,
+    frames: u32,
+    references: &References,
+) -> Result<Measured, Error> {
     pipeline.change(settings)?;
     let build = pipeline.render()?.log;
     pipeline.restart();
     let (mut logs, mut seconds) = (Vec::new(), Vec::new());
     let mut last: Option<Rendered> = None;
+    let mut sequence = references.of_frames(settings).map(Sequence::new);
     for _ in 0..frames.max(1) {
         let begun = Instant::now();
         let rendered = pipeline.render()?;
         seconds.push(begun.elapsed().as_secs_f64());
         logs.push(rendered.log.clone());
+        if let Some(sequence) = &mut sequence {
+            sequence.add(pipeline.gpu(), &rendered)?;
+        }
         last = Some(rendered);
     }
     let Some(last) = last else { unreachable!("at least one frame was rendered") };
     let color = output::color(pipeline.gpu(), &last.color, last.frame.radiance_scale)?;
-    Ok(Measured { color, logs, seconds, build, memory: MemoryBytes::of(pipeline.gpu()) })
+    Ok(Measured {
+        color,
+        temporal: sequence.as_ref().and_then(Sequence::temporal),
+        uncovered: sequence.as_ref().and_then(Sequence::uncovered),
+        logs,
+        seconds,
+        build,
+        memory: MemoryBytes::of(pipeline.gpu()),
+    })
 }
 
 /// The same without a filter, with the samples that fit into its time; none where times are not known.
@@ -309,7 +276,7 @@ fn add(
     for (reference, image) in all.into_iter().filter_map(|(kind, image)| Some((kind, image?))) {
         rows.push(Row {
             reference,
-            errors: errors(image, &measured.color),
+            errors: errors(image, measured),
             image: Some(file.clone()),
             ..row.clone()
         });
@@ -318,8 +285,8 @@ fn add(
 }
 
 /// Every figure; of a picture that holds what is no number, only how much of it.
-fn errors(reference: &Color, test: &Color) -> Errors {
-    match metrics::Errors::between(reference, test) {
+fn errors(reference: &Color, measured: &Measured) -> Errors {
+    match metrics::Errors::between(reference, &measured.color) {
         Ok(e) => Errors {
             rmse: Some(e.rmse),
             rel_mse: Some(e.rel_mse),
@@ -333,7 +300,8 @@ fn errors(reference: &Color, test: &Color) -> Errors {
                 _ => None,
             },
             nan_count: Some(0),
-            temporal: None,
+            temporal: measured.temporal,
+            uncovered: measured.uncovered,
         },
         Err(MetricError::NotFinite { counts, .. }) => {
             Errors { nan_count: Some(counts.nan_count + counts.inf_count), ..Errors::default() }

@@ -16,7 +16,7 @@
 //! | `worst_tile` | 99th percentile of `rel_mse` over tiles of 16x16 pixels | [`worst_tile`] |
 //! | `nan_count`, `inf_count`, `negative_count` | pixel-channels of the test | [`Counts`] |
 //!
-//! Apart from these: [`excess_rel_mse`] where standard errors are known, and [`Temporal`] over sequences. The *display
+//! Apart from these: [`excess_rel_mse`] where standard errors are known, [`Temporal`] and [`Recovery`] over sequences. The *display
 //! picture* is radiance times 2^exposure, clamped to 0..1; PSNR and SSIM look at it through the sRGB curve. Sums are
 //! f64, so figures do not depend on the size.
 //!
@@ -27,6 +27,7 @@ mod display;
 pub mod flip;
 mod heat;
 mod radiance;
+mod recovery;
 mod separable;
 mod ssim;
 mod temporal;
@@ -34,8 +35,9 @@ mod temporal;
 pub use display::psnr;
 pub use heat::{magma, magma_color};
 pub use radiance::{bias, excess_rel_mse, rel_mse, rmse, smape, worst_tile};
+pub use recovery::Recovery;
 pub use ssim::ssim;
-pub use temporal::{Consecutive, Temporal};
+pub use temporal::{Consecutive, Temporal, origin};
 
 use frame::cpu::Image;
 use serde::Serialize;

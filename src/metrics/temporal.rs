@@ -28,6 +28,12 @@ impl Consecutive<'_> {
     }
 }
 
+/// The pixel of the last frame in which a surface point lay: `motion` is as the G-buffer has it, the pixel now minus where
+/// the same point was, in pixels. What came from behind the camera is outside of any picture, for a cast saturates.
+pub fn origin(at: [i32; 2], motion: [f32; 2]) -> [i32; 2] {
+    [0, 1].map(|axis| (at[axis] as f32 - motion[axis]).round() as i32)
+}
+
 /// The temporal error of a sequence, frame by frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Temporal {
@@ -36,8 +42,7 @@ pub struct Temporal {
 }
 
 impl Temporal {
-    /// Adds one step. `motion` is as the G-buffer has it: the pixel now minus where the same point was in the last frame,
-    /// in pixels; `valid` is false where a point was hidden then.
+    /// Adds one step. `was` is the pixel of the last frame that showed what this one shows, where one did ([`origin`]).
     ///
     /// # Errors
     /// Sizes differ, or there are no pixels.
@@ -45,23 +50,17 @@ impl Temporal {
         &mut self,
         references: [Consecutive; 2],
         test: Consecutive,
-        motion: &Image<[f32; 2]>,
-        valid: &Image<bool>,
+        was: &Image<Option<[i32; 2]>>,
     ) -> Result<(), MetricError> {
         let size = references[0].this;
         for picture in [references[0].last, references[1].last, references[1].this, test.last, test.this] {
             comparable(size, picture)?;
         }
-        comparable(size, motion)?;
-        comparable(size, valid)?;
+        comparable(size, was)?;
         let width = size.size()[0];
-        for (index, (motion, valid)) in motion.texels().iter().zip(valid.texels()).enumerate() {
-            if !valid {
-                continue;
-            }
+        for (index, was) in was.texels().iter().enumerate() {
+            let &Some(was) = was else { continue };
             let at = [index as u32 % width, index as u32 / width].map(|side| side as i32);
-            // A cast saturates: what came from behind the camera is outside of any picture.
-            let was = [0, 1].map(|axis| (at[axis] as f32 - motion[axis]).round() as i32);
             let changes = [references[0], references[1], test].map(|frames| frames.change(at, was));
             if let [Some(r1), Some(r2), Some(x)] = changes {
                 self.sum += (0..3).map(|c| (x[c] - r1[c]) * (x[c] - r2[c])).sum::<f64>();
@@ -90,10 +89,17 @@ mod tests {
         Image::from_fn(SIZE, |x, y| [value(x as i32, y as i32); 3])
     }
 
+    fn was(motion: [f32; 2], valid: &Image<bool>) -> Image<Option<[i32; 2]>> {
+        Image::from_fn(SIZE, |x, y| {
+            let at = [x as i32, y as i32];
+            valid.get(at[0], at[1]).unwrap().then_some(origin(at, motion))
+        })
+    }
+
     fn error(r: [&Picture; 2], x: [&Picture; 2], motion: [f32; 2], valid: &Image<bool>) -> Option<f64> {
         let [reference, test] = [r, x].map(|[last, this]| Consecutive { last, this });
         let mut temporal = Temporal::default();
-        temporal.add([reference, reference], test, &Image::filled(SIZE, motion), valid).unwrap();
+        temporal.add([reference, reference], test, &was(motion, valid)).unwrap();
         temporal.error()
     }
 
@@ -132,10 +138,10 @@ mod tests {
         let [r1, r2] = [noise(0), noise(1)];
         let step = |this| Consecutive { last: &truth, this };
         let mut temporal = Temporal::default();
-        let (motion, valid) = (Image::filled(SIZE, [0.0; 2]), Image::filled(SIZE, true));
-        temporal.add([step(&r1), step(&r2)], step(&truth), &motion, &valid).unwrap();
+        let here = was([0.0; 2], &Image::filled(SIZE, true));
+        temporal.add([step(&r1), step(&r2)], step(&truth), &here).unwrap();
         assert_eq!(temporal.error(), Some(0.0));
-        let small = Image::filled([2, 2], [0.0; 2]);
-        assert!(temporal.add([step(&r1), step(&r2)], step(&truth), &small, &valid).is_err());
+        let small = Image::filled([2, 2], None);
+        assert!(temporal.add([step(&r1), step(&r2)], step(&truth), &small).is_err());
     }
 }

@@ -3,6 +3,7 @@
 use super::Pipeline;
 use crate::Error;
 use crate::reference::{Moments, batch_end};
+use crate::settings::open;
 use crate::world::Site;
 use frame::{FrameInfo, Gpu, Recorder, surface};
 use std::ops::Range;
@@ -26,6 +27,7 @@ impl Pipeline {
             mesh: &mesh,
             bounds: self.tessellator.bounds(&self.world),
             grid: self.street.settings.grid,
+            eye: frame.camera.eye,
             cache: self.street.paths.build.cache,
         };
         for search in searches {
@@ -34,6 +36,21 @@ impl Pipeline {
         let mut log = recorder.finish()?;
         self.searches.settle(&mut log);
         visit(&self.gpu, &frame, self.searches.world(&self.world, &mesh))
+    }
+
+    /// Whether `frames` frames in a row show the same: nothing moves, and the camera neither.
+    ///
+    /// # Errors
+    /// The settings name a camera that the scene does not have.
+    pub fn stands_still(&self, frames: u32) -> Result<bool, Error> {
+        let settings = &self.street.settings;
+        let camera = |index| open::camera(settings, &self.scene, settings.frame_time(index));
+        let first = camera(0)?;
+        let mut still = !self.moves();
+        for index in 1..frames {
+            still = still && camera(index)? == first;
+        }
+        Ok(still)
     }
 
     /// Makes what [`Pipeline::sample`] needs: paths through one structure, at display size.
@@ -62,6 +79,11 @@ impl Pipeline {
         // Not the numbers of a render with this seed, and other ones in every batch: their stratification starts anew.
         let batch = batch_end(samples.start);
         frame.seed = surface::hash(surface::hash(frame.seed ^ 0x7265_6673) ^ batch);
+        if self.pose(&frame) {
+            // Whatever moments lie between: following what moved is for frames in a row.
+            self.searches.moved();
+            self.searches.forget_grid();
+        }
         for band in sampler.bands() {
             let mut recorder = Recorder::new(&self.gpu);
             let uniform = recorder.uniform(&frame.uniform());
@@ -71,6 +93,7 @@ impl Pipeline {
                 mesh: &mesh,
                 bounds: self.tessellator.bounds(&self.world),
                 grid: self.street.settings.grid,
+                eye: frame.camera.eye,
                 cache: false,
             };
             for search in sampler.searches() {

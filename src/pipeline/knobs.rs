@@ -88,7 +88,10 @@ impl Pipeline {
                 set(&wanted.id, knobs, &wanted.knob, &wanted.value)?;
             }
             Ok(())
-        })
+        })?;
+        // What paths are traced through is no knob of theirs.
+        self.street.paths.build.levels = self.searches.has_levels();
+        Ok(())
     }
 }
 

@@ -149,18 +149,7 @@ impl Pipeline {
     /// The device was lost or ran out of memory, or a moving scene no longer fits its grid.
     pub fn render(&mut self) -> Result<Rendered, Error> {
         let frame = self.next_frame()?;
-        // A second street finds the moment of the first one's frame.
-        let moved = self.posed != (frame.time, frame.restart)
-            && self.geometry.static_object_count() < self.geometry.objects.len();
-        if moved {
-            self.scene.pose(frame.time, &mut self.geometry);
-            self.world.update(&self.gpu, &self.geometry);
-            if frame.restart {
-                // Before the first frame nothing moved.
-                self.world.update(&self.gpu, &self.geometry);
-            }
-            self.posed = (frame.time, frame.restart);
-        }
+        let moved = self.pose(&frame);
         let mut recorder = Recorder::of_frame(&self.gpu);
         let progress = self.progress.clone();
         recorder.on_progress(move |done| progress.report("tracing", done));
@@ -177,6 +166,7 @@ impl Pipeline {
             mesh: &mesh,
             bounds,
             grid: self.street.settings.grid,
+            eye: frame.camera.eye,
             cache: self.street.paths.build.cache,
         };
         self.searches.find_moving(&mut recorder, search, site)?;
@@ -222,6 +212,27 @@ impl Pipeline {
         self.street.previous = Some(frame);
         self.street.frame_index += 1;
         Ok(rendered)
+    }
+
+    /// Whether anything of the scene moves.
+    fn moves(&self) -> bool {
+        self.geometry.static_object_count() < self.geometry.objects.len()
+    }
+
+    /// Puts what moves where it is at the frame's moment; false where it is there already.
+    fn pose(&mut self, frame: &FrameInfo) -> bool {
+        // A second street finds the moment of the first one's frame.
+        let moved = self.posed != (frame.time, frame.restart) && self.moves();
+        if moved {
+            self.scene.pose(frame.time, &mut self.geometry);
+            self.world.update(&self.gpu, &self.geometry);
+            if frame.restart {
+                // Before the first frame nothing moved.
+                self.world.update(&self.gpu, &self.geometry);
+            }
+            self.posed = (frame.time, frame.restart);
+        }
+        moved
     }
 
     /// What was asked for.

@@ -104,7 +104,7 @@ impl Pipeline {
         if turned("gather") {
             self.gather.resize(&self.gpu, &[settings.trace_size, settings.display_size])?;
         }
-        if another[0] || turned("tracer") || turned(self.street.tracer.name()) {
+        if another[0] || turned("voxel") || turned("tracer") || turned(self.street.tracer.name()) {
             self.street.tracer.resize(&self.gpu, &self.world, settings.trace_size, &self.street.paths)?;
         }
         if another[1] || turned(self.street.denoiser.name()) {

@@ -48,6 +48,7 @@ fn cells(row: &Row) -> Vec<(String, String)> {
         ("bias_b", bias(2)),
         ("nan_count", any(errors.nan_count)),
         ("temporal", number(errors.temporal)),
+        ("uncovered", number(errors.uncovered)),
     ]
     .map(|(name, cell)| (name.to_owned(), cell))
     .into();
@@ -148,6 +149,7 @@ mod tests {
                 bias: bias[0].map(|r| [r, bias[1].unwrap(), bias[2].unwrap()]),
                 nan_count: parse(c, "nan_count"),
                 temporal: parse(c, "temporal"),
+                uncovered: parse(c, "uncovered"),
             },
             stages_ms: StageTimes {
                 tessellate: timing("tessellate"),

@@ -48,8 +48,8 @@ fn table(text: &mut String, report: &Report) {
     let mut lines: Vec<_> = lines.into_iter().collect();
     let ms = |rows: &[Option<&Row>; 2]| rows.iter().flatten().find_map(|row| row.median_ms());
     lines.sort_by(|(_, a), (_, b)| ms(a).unwrap_or(f64::INFINITY).total_cmp(&ms(b).unwrap_or(f64::INFINITY)));
-    *text += "\n| configuration | ms | relMSE, triangles | relMSE, voxels | HDR-FLIP | SSIM | price of voxels | MB | front |\n\
-              | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | :---: |\n";
+    *text += "\n| configuration | ms | relMSE, triangles | relMSE, voxels | HDR-FLIP | SSIM | temporal | price of voxels | MB | front |\n\
+              | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | :---: |\n";
     for ((configuration, equal_time), [bvh, voxel]) in lines {
         let Some(row) = bvh.or(voxel) else { continue };
         let time = row
@@ -61,12 +61,13 @@ fn table(text: &mut String, report: &Report) {
         let marked = if equal_time.is_some() { " (equal time)" } else { "" };
         let _ = writeln!(
             text,
-            "| {}{marked} | {time} | {} | {} | {} | {} | {} | {} | {} |",
+            "| {}{marked} | {time} | {} | {} | {} | {} | {} | {} | {} | {} |",
             plain(&configuration),
             number(bvh.and_then(|r| r.errors.rel_mse)),
             number(voxel.and_then(|r| r.errors.rel_mse)),
             number(row.errors.hdr_flip),
             number(row.errors.ssim),
+            number(row.errors.temporal),
             price.map_or("-".into(), |p| percent(p.share)),
             number(row.bytes.map(|b| b as f64 / 1e6)),
             if front { "●" } else { "" },

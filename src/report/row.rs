@@ -70,8 +70,11 @@ pub struct Errors {
     pub bias: Option<[f64; 3]>,
     /// Channels of pixels that are no numbers.
     pub nan_count: Option<u64>,
-    /// Error of the change from frame to frame, over a sequence.
+    /// Error of the change from frame to frame, over a sequence, against references of the row's own tracer whatever
+    /// `reference` says.
     pub temporal: Option<f64>,
+    /// Relative error of pixels eight frames after they were uncovered, over that of pixels never lost; likewise.
+    pub uncovered: Option<f64>,
 }
 
 /// One configuration, its times, and its error against one reference.

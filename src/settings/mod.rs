@@ -251,6 +251,25 @@ impl RenderSettings {
         self.time + index as f32 / self.fps
     }
 
+    /// The same at the moment of frame number `index`, and its view standing there: what a reference of that frame is
+    /// converged with.
+    pub fn at_frame(&self, index: u32) -> Self {
+        let time = self.frame_time(index);
+        let view = match &self.view {
+            View::Path(path) => View::LookAt(path.at(time)),
+            view => view.clone(),
+        };
+        Self { time, view, ..self.clone() }
+    }
+
+    /// Frames from this moment to the end of the camera's path; one where it has none.
+    pub fn frames_of_path(&self) -> u32 {
+        match &self.view {
+            View::Path(path) => ((path.end() - self.time) * self.fps).round().max(0.0) as u32 + 1,
+            _ => 1,
+        }
+    }
+
     /// The knobs set for this id, as (name, value).
     pub fn sets_for<'a>(&'a self, id: &'a str) -> impl Iterator<Item = (&'a str, &'a str)> {
         self.sets.iter().filter(move |s| s.id == id).map(|s| (s.knob.as_str(), s.value.as_str()))

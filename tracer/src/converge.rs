@@ -45,7 +45,7 @@ impl Converger {
     ) -> Result<Self, GpuError> {
         let of_camera = if search == Search::Grid { Search::Cwbvh } else { search };
         let structure = if search == Search::Grid {
-            voxel_trace::structure(RecordLayout::of(&scene.needs))
+            voxel_trace::structure(RecordLayout::of(&scene.needs), settings.build.levels)
         } else {
             bvh_trace::structure(search)
         };

@@ -29,6 +29,9 @@ type Failure = Box<dyn std::error::Error>;
 /// Of the window.
 const TITLE: &str = "gridlight";
 
+/// The folder whose shaders are built in. Elsewhere it is not there, and nothing is followed.
+const BUILT_IN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
 /// Pixels that a software adapter traces fast enough to look at.
 const TRACE_SIZE: [u32; 2] = [320, 240];
 /// Pixels of the picture.
@@ -52,6 +55,9 @@ struct Args {
     /// Does the steps in this file, as src/script.rs lists them.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["screenshot", "after_frames"])]
     script: Option<PathBuf>,
+    /// Shaders in this folder and below are followed when they are edited [default: where the program was built]
+    #[arg(long, value_name = "DIR")]
+    shaders: Option<PathBuf>,
     /// Pixels of the window [default: 1440x900]
     #[arg(long, value_name = "WxH", value_parser = size)]
     window_size: Option<[u32; 2]>,
@@ -78,6 +84,7 @@ fn run(args: &Args) -> Result<(), Failure> {
         adapter: args.street.view.adapter.clone(),
         script: script(args)?,
         size: args.window_size,
+        shaders: args.shaders.clone().unwrap_or_else(|| BUILT_IN.into()),
     })
 }
 

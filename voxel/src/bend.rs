@@ -27,6 +27,11 @@ impl Bend {
     /// Planes are where surfaces are: 20 degrees, which are 0.15 cell at a cell's corner.
     pub(crate) const OF_CONTOURS: Self = Self { flat: 0.939_692_6, apart: 0.1 };
 
+    /// Whether planes only tell sides.
+    pub(crate) fn is_of_sides(self) -> bool {
+        self.apart == Self::OF_SIDES.apart
+    }
+
     /// By whether planes are met.
     pub(crate) fn of(contours: bool) -> Self {
         if contours { Self::OF_CONTOURS } else { Self::OF_SIDES }

@@ -29,6 +29,33 @@ pub enum VoxelError {
     /// The winner of a voxel that triangles are tested against is not the nearest to its centre.
     #[error("voxel.contours=on needs voxel.voxelizer=raster, it is compute")]
     ComputedContours,
+    /// Planes are met in one grid.
+    #[error("voxel.contours=on needs voxel.cascades=1, it is {cascades}")]
+    CascadedContours {
+        /// Levels.
+        cascades: u32,
+    },
+    /// What is kept for a voxel is by its record, which moves.
+    #[error("tracer.cache=on needs voxel.cascades=1, it is {cascades}")]
+    CascadedCache {
+        /// Levels.
+        cascades: u32,
+    },
+    /// Corners of triangles would no longer be placed exactly.
+    #[error(
+        "--grid {grid} with voxel.cascades={cascades} is {cells} of the finest cells on the longest axis, {most} are allowed; \
+         lower one of them"
+    )]
+    Cascades {
+        /// As asked for.
+        grid: u32,
+        /// Levels.
+        cascades: u32,
+        /// Both together.
+        cells: u64,
+        /// 2^16.
+        most: u64,
+    },
     /// A voxel's key holds 24 bits of triangle number.
     #[error("the scene has {triangles} triangles, a voxel's key can number {most}; simplify the scene")]
     Triangles {

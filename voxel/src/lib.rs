@@ -5,6 +5,7 @@
 //! ([`emitters`]). Where something moves, [`revoxelize`] makes the bricks it touches anew each frame. [`grid`] is the result and the walk through it, for shaders and for the CPU.
 
 mod bend;
+pub mod cascades;
 pub mod compute;
 #[cfg(test)]
 mod contour_tests;
@@ -27,9 +28,12 @@ mod test_scenes;
 mod tests;
 mod voxelizer;
 
+pub use cascades::Cascades;
 pub use cover::Cover;
 pub use error::VoxelError;
-pub use grid::{GRID_BINDS, GRID_WGSL, Grid, TRACE_WGSL, VoxelGrid};
+pub use grid::{
+    GRID_BINDS, GRID_WGSL, Grid, LEVELS_BINDS, LEVELS_WGSL, TRACE_LEVELS_WGSL, TRACE_WGSL, VoxelGrid,
+};
 pub use record::RecordLayout;
 pub use revoxelize::Rest;
 pub use voxelizer::Voxelizer;

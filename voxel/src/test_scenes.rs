@@ -153,7 +153,12 @@ pub(crate) fn build(
 
 impl Built {
     pub(crate) fn read(gpu: &Gpu, voxels: VoxelGrid, log: FrameLog) -> Self {
-        let layout = Layout { origin: voxels.origin, voxel_size: voxels.voxel_size, cells: voxels.cells };
+        let layout = Layout {
+            origin: voxels.origin,
+            voxel_size: voxels.voxel_size,
+            cells: voxels.cells,
+            low: IVec3::ZERO,
+        };
         let structure = gpu.read_buffer(&voxels.structure).unwrap();
         let records = voxels.record.expand(&gpu.read_buffer(&voxels.records).unwrap());
         let uniform = crate::Grid { contours: u32::from(voxels.contours), ..layout.uniform(0) };

@@ -8,8 +8,8 @@
 //!
 //! ```text
 //! mix        C, mu = (E[l], E[l^2]) and N as in [`crate::temporal`], where the tests of a pixel's history are told
-//! variance   V = max(0, mu_2 - mu_1^2), blurred by a Gauss over 3x3 pixels; with N < 4, of moments averaged over 7x7
-//!            pixels by w_z w_n, times 4/N
+//! variance   V = max(0, mu_2 - mu_1^2) max(1/N, a / (2 - a)), a = alpha_color; the difference blurred by a Gauss over 3x3
+//!            pixels; with N < 4, of moments averaged over 7x7 pixels by w_z w_n, times 4/N
 //! level i    taps q = p + 2^i (a, b), a and b in -2..2 trace rows, h = 1/16, 1/4, 3/8, 1/4, 1/16
 //!            k_q = h w_z w_n / sum h w_z w_n
 //!            C_p <- sum k_q mix(C_p, C_q, w_l)        V_p <- the same weights, squared, on V
@@ -29,7 +29,9 @@
 //! take, and w_l is the same seen from either side: what one pixel gives, another gets.
 //!
 //! Departs from its source: w_z takes the distance from the pixel's plane instead of the depth's screen gradient, which
-//! is wrong at silhouettes and doubtful where a triangle is a few pixels wide; w_l as told above; the variance is blurred
+//! is wrong at silhouettes and doubtful where a triangle is a few pixels wide; w_l as told above; V is that of the mean over
+//! frames, not of one of them: sigma_l then counts deviations of what is filtered, and the rim of a patch of sunlight, which
+//! comes and goes in the pixels beside it as the camera moves, is not washed out; the variance is blurred
 //! once instead of before each level; footprints are square on the display
 //! ([`FrameInfo::columns_per_row`]); two lobes instead of direct and indirect light; no temporal antialiasing here, it
 //! wraps an upsampler. Glossy reflections are followed by the motion of their surface, as in the source.
@@ -69,8 +71,8 @@ gpu_struct! {
         pub rows_per_column: f32,
         /// 1 or 2.
         pub reach: i32,
-        /// To 48 bytes.
-        pub _pad: u32,
+        /// Least share of one frame's variance that the mean over frames has.
+        pub least_variance: f32,
         /// Of the centre, the first and the second tap.
         pub kernel: [f32; 3],
         /// To 64 bytes.

@@ -73,11 +73,12 @@ pub fn variance(
                 long_weight += gauss;
             }
         }
+        let mixed = (1.0 / frames as f32).max(params.least_variance);
         if frames < VARIANCE_FRAMES {
             let doubt = VARIANCE_FRAMES as f32 / frames as f32;
-            return variance_of((moments / f32::max(moments_weight, 1e-20)).to_array()) * doubt;
+            return variance_of((moments / f32::max(moments_weight, 1e-20)).to_array()) * doubt * mixed;
         }
-        long / f32::max(long_weight, 1e-20)
+        mixed * long / f32::max(long_weight, 1e-20)
     })
 }
 

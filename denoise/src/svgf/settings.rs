@@ -181,7 +181,7 @@ impl Settings {
             rows_per_column: 1.0 / columns_per_row,
             reach: if self.taps == 0 { 2 } else { 1 },
             kernel: if self.taps == 0 { [0.375, 0.25, 0.0625] } else { [0.5, 0.25, 0.0] },
-            _pad: 0,
+            least_variance: self.temporal.alpha_color / (2.0 - self.temporal.alpha_color),
             _end: 0,
         }
     }

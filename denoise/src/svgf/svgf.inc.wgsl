@@ -18,6 +18,8 @@ struct SvgfParams {
     rows_per_column: f32,
     // Of a level's outermost tap: 1 or 2.
     reach: i32,
+    // Share of one frame's variance that the mean over frames has at least.
+    least_variance: f32,
     // Of the centre, the first and the second tap along an axis.
     kernel: vec3f,
 }

@@ -59,7 +59,8 @@ fn variance(@builtin(global_invocation_id) id: vec3u) {
     // The centre's own weight is 1 wherever it has a frame.
     let spatial = variance_of(moments / max(moments_weight, vec2f(1e-20)).xxyy);
     let doubt = vec2f(f32(VARIANCE_FRAMES)) / max(vec2f(frames), vec2f(1.0));
-    var variances = select(long / max(long_weight, vec2f(1e-20)), spatial * doubt, is_short);
+    let mixed = max(vec2f(1.0) / max(vec2f(frames), vec2f(1.0)), vec2f(params.least_variance));
+    var variances = mixed * select(long / max(long_weight, vec2f(1e-20)), spatial * doubt, is_short);
     variances = select(vec2f(-1.0), variances, frames > vec2u(0u));
     textureStore(out_variance, p, vec4u(bitcast<vec2u>(variances), 0u, 0u));
 }

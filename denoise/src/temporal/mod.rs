@@ -10,6 +10,7 @@
 //! ```text
 //! taps: the four around p - motion, bilinear; where their weights sum below 0.01, the nine around it, alike
 //! a tap counts if its object is p's, |g . (x_tap - x_p')| <= history_plane z_p', n_tap . n_p >= history_normal
+//! of the four, where they lie on two sides of an edge of light, those that are like this frame's count (below)
 //! N <- min((1 - haste) N' + 1, history_max), 1 where nothing counts
 //! C <- mix(C', C_now, a),            a = 1 - (1 - haste) (1 - max(1/N, alpha_color))
 //! mu <- mix(mu', (l, l^2), b),       b = 1 - (1 - haste) (1 - max(1/N, alpha_moments))
@@ -17,6 +18,10 @@
 //!
 //! - x_p' is where the pixel was, relative to the last frame's eye: along the ray that the motion tells, at the depth it
 //!   has if it stands still.
+//! - Edges of light: bilinear taps drag the rim of a patch of sunlight along, and the blur grows with every frame of
+//!   motion. With s the root of the taps' mean variance and l a tap's luminance, taps whose l lie more than s to 2 s apart
+//!   (a smooth step) are weighted by `exp(-(|l - l_now| - least) / s)`; the sum of their weights stays. Noise, which the
+//!   wavelet has smoothed by then, keeps taps closer than that: choosing by it would darken them. Ours.
 //! - Jitter: history is looked up as if there were none, so that a still picture is averaged in place; its positions are
 //!   those of the jittered rays.
 //! - `haste` (0..1) is what somebody else says is out of date ([`crate::asvgf`]); 0 for all others.

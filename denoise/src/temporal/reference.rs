@@ -100,11 +100,12 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn tap(&self, kept: &mut [Kept; 2], q: IVec2, weight: f32) {
-        if weight <= 0.0 || !self.place.is_same(self.params, self.frame, &self.before.edge, q) {
-            return;
-        }
-        for (kept, lobe) in kept.iter_mut().zip(&self.before.lobes) {
+    fn has(&self, q: IVec2) -> bool {
+        self.place.is_same(self.params, self.frame, &self.before.edge, q)
+    }
+
+    fn tap(&self, kept: &mut [Kept; 2], q: IVec2, weights: [f32; 2]) {
+        for ((kept, lobe), weight) in kept.iter_mut().zip(&self.before.lobes).zip(weights) {
             let frames = at(&lobe.frames, q) * self.params.keeps_history;
             let share = if frames > 0 { weight } else { 0.0 };
             kept.light.add(at(&lobe.light, q), share);
@@ -113,25 +114,75 @@ impl Search<'_> {
         }
     }
 
-    fn around(&self, p: IVec2, motion: Vec2) -> [Kept; 2] {
+    /// The four taps around a place as one lobe sees them: weights by geometry, and what the light of this frame makes of
+    /// them.
+    fn weights(&self, place: Vec2, lobe: usize, now: f32) -> [f32; 4] {
+        let (part, first, lobe) = (place - place.floor(), place.floor().as_ivec2(), &self.before.lobes[lobe]);
+        let (mut weights, mut luminances) = ([0.0; 4], [0.0; 4]);
+        let (mut variance, mut total) = (0.0, 0.0);
+        for (k, corner) in CORNERS.into_iter().enumerate() {
+            let share = |corner: i32, part: f32| if corner == 1 { part } else { 1.0 - part };
+            let share = share(corner.x, part.x) * share(corner.y, part.y);
+            let q = first + corner;
+            if share <= 0.0 || !self.has(q) || at(&lobe.frames, q) * self.params.keeps_history == 0 {
+                continue;
+            }
+            let ([mean, square], [r, g, b, _]) = (at(&lobe.moments, q), at(&lobe.light, q));
+            weights[k] = share;
+            luminances[k] = luminance([r, g, b]);
+            variance += share * (square - mean * mean).max(0.0);
+            total += share;
+        }
+        choose(weights, luminances, (variance / total.max(1e-20)).sqrt(), now)
+    }
+
+    fn around(&self, p: IVec2, motion: Vec2, now: [f32; 2]) -> [Kept; 2] {
         let place = p.as_vec2() - motion;
-        let part = place - place.floor();
+        let weights = [0, 1].map(|lobe| self.weights(place, lobe, now[lobe]));
         let mut kept = [Kept::default(); 2];
-        for k in 0..4 {
-            let corner = IVec2::new(k & 1, k >> 1);
-            let weight = |corner: i32, part: f32| if corner == 1 { part } else { 1.0 - part };
-            let weight = weight(corner.x, part.x) * weight(corner.y, part.y);
-            self.tap(&mut kept, place.floor().as_ivec2() + corner, weight);
+        for (k, corner) in CORNERS.into_iter().enumerate() {
+            let weights = weights.map(|lobe| lobe[k]);
+            if weights != [0.0; 2] {
+                self.tap(&mut kept, place.floor().as_ivec2() + corner, weights);
+            }
         }
         if kept[0].light.weight().max(kept[1].light.weight()) < WEIGHT_MIN {
             kept = [Kept::default(); 2];
             let nearest = (place + 0.5).floor().as_ivec2();
             for k in 0..9 {
-                self.tap(&mut kept, nearest + IVec2::new(k % 3, k / 3) - 1, 1.0);
+                let q = nearest + IVec2::new(k % 3, k / 3) - 1;
+                if self.has(q) {
+                    self.tap(&mut kept, q, [1.0; 2]);
+                }
             }
         }
         kept
     }
+}
+
+const CORNERS: [IVec2; 4] = [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::ONE];
+/// Standard deviations between taps: noise below the first, an edge of light above the second.
+const EDGE: [f32; 2] = [1.0, 2.0];
+/// What half floats round.
+const EDGE_RELATIVE: f32 = 0.003_906_25;
+const EDGE_ABSOLUTE: f32 = 2.4e-7;
+
+/// Weights of taps that lie on two sides of an edge of light, by how like they are to what is seen now; all keep the weight
+/// that they have together.
+fn choose(weights: [f32; 4], luminances: [f32; 4], deviation: f32, now: f32) -> [f32; 4] {
+    let there = || weights.iter().zip(luminances).filter(|(weight, _)| **weight > 0.0).map(|(_, l)| l);
+    let (least, most) = (there().fold(1e30, f32::min), there().fold(-1e30, f32::max));
+    let nearest = there().map(|l| (l - now).abs()).fold(1e30, f32::min);
+    let deviation = deviation + EDGE_RELATIVE * most.max(0.0) + EDGE_ABSOLUTE;
+    let step = (((most - least).max(0.0) / deviation - EDGE[0]) / (EDGE[1] - EDGE[0])).clamp(0.0, 1.0);
+    let apart = step * step * (3.0 - 2.0 * step);
+    let mut chosen = weights;
+    for (weight, l) in chosen.iter_mut().zip(luminances) {
+        let fall = (((l - now).abs() - nearest) / deviation).clamp(0.0, 80.0);
+        *weight *= mix(1.0, (-fall).exp(), apart);
+    }
+    let scale = weights.iter().sum::<f32>() / chosen.iter().sum::<f32>().max(1e-20);
+    chosen.map(|weight| weight * scale)
 }
 
 fn mix(a: f32, b: f32, t: f32) -> f32 {
@@ -186,12 +237,16 @@ pub fn accumulate_frame(
 ) -> [Lobe; 2] {
     let pixel = |p: IVec2, lobe: usize| {
         let texel = at(edge, p);
-        let light = noisy.lobe(lobe).map_or([0.0; 4], |light| mended(light, p));
+        let lights = [0, 1].map(|lobe| noisy.lobe(lobe).map_or([0.0; 4], |light| mended(light, p)));
+        let light = lights[lobe];
         if texel[3] & TAKES[lobe] == 0 {
             return (light, [0.0; 2], 0);
         }
         let kept = match Place::of(params, frame, edge, motion, p) {
-            Some((place, motion)) => Search { params, frame, before, place }.around(p, motion),
+            Some((place, motion)) => {
+                let now = lights.map(|[r, g, b, _]| luminance([r, g, b]));
+                Search { params, frame, before, place }.around(p, motion, now)
+            }
             None => [Kept::default(); 2],
         };
         let haste = haste.map_or(0.0, |haste| at(haste, p)[lobe]);

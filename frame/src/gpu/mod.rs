@@ -10,6 +10,7 @@ mod spares;
 
 pub use memory::{Buffer, Memory, Room, Texture};
 
+use crate::kernel::Edits;
 use crate::recorder::BindGroups;
 use memory::Ledger;
 use spares::Spares;
@@ -104,6 +105,7 @@ pub struct Gpu {
     ledger: Arc<Ledger>,
     spares: Arc<Spares>,
     pub(crate) bind_groups: Arc<BindGroups>,
+    pub(crate) edits: Arc<Edits>,
     loop_cap: OnceLock<Option<u32>>,
 }
 
@@ -159,6 +161,7 @@ impl Gpu {
             ledger: Arc::default(),
             spares: Arc::default(),
             bind_groups: Arc::default(),
+            edits: Arc::default(),
             loop_cap: OnceLock::new(),
         })
     }

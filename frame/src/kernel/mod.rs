@@ -5,9 +5,11 @@
 //! declared struct. A mismatch is an error that names the field. Variants are `override` constants.
 
 mod bind;
+mod edits;
 mod reflect;
 
 pub use bind::{Bind, BindKind, Field, GpuStruct};
+pub(crate) use edits::Edits;
 
 use crate::Gpu;
 
@@ -74,7 +76,7 @@ impl Kernel {
     /// # Errors
     /// See [`KernelError`].
     pub fn new(gpu: &Gpu, desc: &KernelDesc<'_>) -> Result<Self, KernelError> {
-        let source = desc.sources.join("\n");
+        let source = gpu.edits.of(desc.sources.join("\n"));
         reflect::check(desc.name, &source, &[desc.entry], Some(desc.workgroup), desc.bindings)?;
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let layout = Layout::new(gpu, desc.name, desc.bindings, wgpu::ShaderStages::COMPUTE);
@@ -130,7 +132,7 @@ impl RasterKernel {
     /// # Errors
     /// See [`KernelError`].
     pub fn new(gpu: &Gpu, desc: &RasterDesc<'_>) -> Result<Self, KernelError> {
-        let source = desc.sources.join("\n");
+        let source = gpu.edits.of(desc.sources.join("\n"));
         reflect::check(desc.name, &source, &desc.entries, None, desc.bindings)?;
         let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let layout = Layout::new(gpu, desc.name, desc.bindings, wgpu::ShaderStages::VERTEX_FRAGMENT);

@@ -80,13 +80,21 @@ fn hit_emitter(emitter: vec2u, from_point: vec3f, own: vec2u, u: vec3f) -> Light
     let wi = away / distance;
     let cosine = -dot(point.face_normal, wi);
     if (cosine <= 1e-6 || triangle == own.x) {
-        return LightSample(wi, 0.0, vec3f(0.0), 0.0);
+        return LightSample(wi, 0.0, vec3f(0.0), 0.0, emitter);
     }
     let material = mesh_material(triangle);
     let pdf = materials[material].glow * distance_2 / cosine;
     // Ends before the triangle itself.
     let reach = distance - max(2.0 * hit_off(point.position), 1.5e-5 * distance);
-    return LightSample(wi, reach, material_emission(material, point), pdf);
+    var emission = material_emission(material, point);
+    if (path_coverage) {
+        emission *= material_opacity(material, point, 0.0);
+    }
+    return LightSample(wi, reach, emission, pdf, emitter);
+}
+
+fn hit_is_emitter(hit: Hit, emitter: vec2u) -> bool {
+    return hit.own.x == emitter.x;
 }
 
 // The density with which hit_emitter chooses what a ray from `from` met.

@@ -9,9 +9,12 @@ struct LightSample {
     irradiance: vec3f,
     // Of this choice, 1/sr; LIGHT_CERTAIN for light that no path finds by chance.
     pdf: f32,
+    // The emitter that is looked at, as the structure names it; LIGHT_NO_EMITTER for what is no surface.
+    emitter: vec2u,
 }
 
 const LIGHT_CERTAIN = 1e12;
+const LIGHT_NO_EMITTER = vec2u(0xffffffffu);
 
 // u.x picks among the lights `first` to `end` - 1, the rest of it and u.y a point of the sun's disc.
 fn light_sample(first: u32, end: u32, point: vec3f, u: vec2f) -> LightSample {
@@ -28,7 +31,7 @@ fn light_sample(first: u32, end: u32, point: vec3f, u: vec2f) -> LightSample {
         let axis = -light.direction;
         let side = normalize(cross(axis, select(vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), abs(axis.x) > 0.7)));
         let wi = normalize(axis * cosine + radius * (cos(phi) * side + sin(phi) * cross(axis, side)));
-        return LightSample(wi, 4.0 * frame.diagonal, chosen, LIGHT_CERTAIN);
+        return LightSample(wi, 4.0 * frame.diagonal, chosen, LIGHT_CERTAIN, LIGHT_NO_EMITTER);
     }
     let to_light = light.position - point;
     let distance_2 = max(dot(to_light, to_light), 1e-12);
@@ -44,5 +47,5 @@ fn light_sample(first: u32, end: u32, point: vec3f, u: vec2f) -> LightSample {
         let edge = clamp((dot(-wi, light.direction) - light.cos_outer) / width, 0.0, 1.0);
         irradiance *= edge * edge;
     }
-    return LightSample(wi, distance, irradiance, LIGHT_CERTAIN);
+    return LightSample(wi, distance, irradiance, LIGHT_CERTAIN, LIGHT_NO_EMITTER);
 }

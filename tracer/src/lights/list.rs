@@ -1,14 +1,15 @@
 //! What a structure's paths look for: sun and punctual lights, then the emitters that they can meet there.
 //!
 //! In: the lights of [`GpuScene`], and either the triangles that glow or the voxels that do. Out: one buffer, `lights`: four vectors
-//! per light, then one per emitter: what names it (a triangle's number; a cell as `x | y << 16` and `z`), its alias, and
+//! per light, then one per emitter: what names it (a triangle's number; a cell as `x | y << 16` and `z | level << 16`), its alias, and
 //! the share of the time it stands for itself. Emitters are drawn in proportion to their weight: area times mean
-//! luminance of a triangle, luminance of a voxel, both times `radiance_scale`.
+//! luminance of a triangle, luminance of a voxel (where levels are nested, times a face's share of the coarsest's), both times `radiance_scale`.
 
 use frame::scene_gpu::{GpuMesh, GpuScene};
 use frame::{Alias, Buffer, Gpu, GpuError, Room};
 use glam::Vec3;
 use voxel::VoxelGrid;
+use voxel::grid::Glowing;
 
 /// What finds light, for one structure.
 pub struct LightList {
@@ -53,9 +54,10 @@ impl LightList {
     /// # Errors
     /// The list is larger than a binding may be.
     pub fn of_voxels(gpu: &Gpu, scene: &GpuScene, grid: &VoxelGrid) -> Result<Self, GpuError> {
-        let name = |[x, y, z]: [u32; 3]| [x | (y << 16), z];
-        let emitters: Vec<_> =
-            grid.glowing.iter().map(|glowing| (name(glowing.cell), f64::from(glowing.luminance))).collect();
+        let named = |Glowing { cell: [x, y, z], level, face_share, luminance }: &Glowing| {
+            ([x | (y << 16), z | (level << 16)], f64::from(*luminance) * f64::from(*face_share))
+        };
+        let emitters: Vec<_> = grid.glowing.iter().map(named).collect();
         Self::new(gpu, scene, &emitters)
     }
 

@@ -50,7 +50,18 @@ impl Workshop<'_> {
         if self.camera { PIXEL_CAMERA_WGSL } else { PIXEL_WGSL }
     }
 
-    fn kernel(&self, entry: &str, last: &[&str], bindings: &[Bind]) -> Result<Kernel, GpuError> {
+    /// Of one invocation per pixel.
+    fn of_pixels(&self, entry: &str, last: &[&str], bindings: &[Bind]) -> Result<Kernel, GpuError> {
+        self.kernel(entry, [8, 8, 1], last, bindings)
+    }
+
+    fn kernel(
+        &self,
+        entry: &str,
+        workgroup: [u32; 3],
+        last: &[&str],
+        bindings: &[Bind],
+    ) -> Result<Kernel, GpuError> {
         let shared = [
             info::WGSL,
             surface::WGSL,
@@ -82,7 +93,6 @@ impl Workshop<'_> {
             constants.extend(self.scene.constants());
             constants.extend(self.build.conventions.of_triangles());
         }
-        let workgroup = [8, 8, 1];
         let desc =
             KernelDesc { name: entry, sources: &sources, entry, workgroup, bindings, constants: &constants };
         Ok(Kernel::new(self.gpu, &desc)?)
@@ -105,7 +115,7 @@ impl Workshop<'_> {
             ]);
         }
         let first = if self.camera { FIRST_CAMERA_WGSL } else { FIRST_GBUFFER_WGSL };
-        self.kernel("path_start", &[noise::STRATIFIED_WGSL, first, include_str!("start.wgsl")], &bindings)
+        self.of_pixels("path_start", &[noise::STRATIFIED_WGSL, first, include_str!("start.wgsl")], &bindings)
     }
 
     /// Voxels keep radiance for these paths.
@@ -130,25 +140,30 @@ impl Workshop<'_> {
     pub(super) fn segment(&self) -> Result<Kernel, GpuError> {
         let cache = if self.has_cache() { cache::WGSL } else { cache::NONE_WGSL };
         let sources = [cache, SEGMENT_WGSL, include_str!("segment.wgsl")];
-        self.kernel("path_segment", &sources, &self.of_vertex())
+        self.of_pixels("path_segment", &sources, &self.of_vertex())
     }
 
     /// Bindings: those of a vertex.
     pub(super) fn feed(&self) -> Result<Kernel, GpuError> {
-        self.kernel("path_feed", &[cache::WGSL, cache::FEED_WGSL], &self.of_vertex())
+        self.of_pixels("path_feed", &[cache::WGSL, cache::FEED_WGSL], &self.of_vertex())
     }
 
     /// Bindings: those of a vertex.
     pub(super) fn feed_segment(&self) -> Result<Kernel, GpuError> {
         let sources = [cache::WGSL, SEGMENT_WGSL, cache::FEED_SEGMENT_WGSL];
-        self.kernel("path_feed_segment", &sources, &self.of_vertex())
+        self.of_pixels("path_feed_segment", &sources, &self.of_vertex())
     }
 
     /// Bindings: frame, params, paths, pixels, the cache.
     pub(super) fn store(&self) -> Result<Kernel, GpuError> {
         let mut bindings = OF_FRAME.to_vec();
         bindings.extend([PATHS, PIXELS, cache::BIND]);
-        self.kernel("path_store", &[cache::WGSL, cache::STORE_WGSL], &bindings)
+        self.of_pixels("path_store", &[cache::WGSL, cache::STORE_WGSL], &bindings)
+    }
+
+    /// Bindings: the cache.
+    pub(super) fn regions(&self) -> Result<Kernel, GpuError> {
+        self.kernel("path_regions", [64, 1, 1], &[cache::WGSL, cache::STORE_WGSL], &[cache::BIND])
     }
 
     /// Bindings: frame, params and pixels where it is `of_pixels`, the sums where it is `of_sums`.
@@ -197,14 +212,14 @@ fn path_index(id: vec2u) -> u32 { return id.y * frame.trace_size.x + id.x; }",
         bindings.push(scene_gpu::SKY_BIND);
         bindings.extend(&self.structure.binds);
         bindings.extend([PIXELS, COUNTERS]);
-        self.kernel("path_camera", &[FIRST_CAMERA_WGSL, include_str!("camera.wgsl")], &bindings)
+        self.of_pixels("path_camera", &[FIRST_CAMERA_WGSL, include_str!("camera.wgsl")], &bindings)
     }
 
     /// Bindings: frame, params, table, pixels, moments.
     pub(super) fn moments(&self) -> Result<Kernel, GpuError> {
         let mut bindings = OF_FRAME.to_vec();
         bindings.extend([scene_gpu::BRDF_TABLE_BIND, PIXELS, Bind::storage(3, 0, "moments")]);
-        self.kernel("path_moments", &[FIRST_CAMERA_WGSL, include_str!("moments.wgsl")], &bindings)
+        self.of_pixels("path_moments", &[FIRST_CAMERA_WGSL, include_str!("moments.wgsl")], &bindings)
     }
 }
 

@@ -60,7 +60,8 @@ const ANY_ALIVE: u64 = 10;
 pub(crate) struct Structure {
     /// Path of its passes: `trace/voxel`.
     pub(crate) pass: &'static str,
-    /// WGSL that defines `Hit`, `hit_trace`, `hit_blocked`, `hit_start`, `hit_starts_from`, `hit_leave`, `hit_leaves`, `hit_pass`.
+    /// WGSL that defines `Hit`, `hit_trace`, `hit_blocked`, `hit_start`, `hit_starts_from`, `hit_leave`, `hit_leaves`, `hit_pass`,
+    /// `hit_is_emitter`.
     pub(crate) sources: Vec<&'static str>,
     /// What those use, group 1.
     pub(crate) binds: Vec<Bind>,
@@ -105,6 +106,7 @@ struct Feeding {
     feed: Kernel,
     segment: Kernel,
     store: Kernel,
+    regions: Kernel,
 }
 
 /// What kernels are built for.
@@ -151,7 +153,8 @@ impl Paths {
                     .has_cache()
                     .then(|| {
                         let [feed, segment] = [workshop.feed()?, workshop.feed_segment()?];
-                        Ok::<_, GpuError>(Feeding { feed, segment, store: workshop.store()? })
+                        let [store, regions] = [workshop.store()?, workshop.regions()?];
+                        Ok::<_, GpuError>(Feeding { feed, segment, store, regions })
                     })
                     .transpose()?,
             };
@@ -218,6 +221,9 @@ impl Paths {
             if frame.restart {
                 recorder.clear(&cache.entries);
             }
+        }
+        if kept.is_some() && params.bounces > 1 {
+            params.bounces = params.bounces.max(cache::BOUNCES);
         }
         if params.bounces > 0 {
             // A second run through all pixels for the few that see smooth glass: the others end at once.
@@ -307,6 +313,12 @@ impl Paths {
         };
         let resources = [uniform.binding(), params.binding(), paths.clone(), pixels.clone(), cache.clone()];
         recorder.compute(&pass("store"), &feeding.store, &resources, groups);
+        recorder.compute(
+            &pass("regions"),
+            &feeding.regions,
+            std::slice::from_ref(cache),
+            cache::REGION_GROUPS,
+        );
     }
 }
 

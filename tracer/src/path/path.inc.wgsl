@@ -1,8 +1,8 @@
 // A path between two segments, where its light goes, and what happens at a surface. Needs frame, surface, brdf, noise,
 // lights, sky, a snippet with `Pixel`, and what the traced structure defines: `hit_trace(origin, direction, distance,
-// own)`, `hit_blocked` with the same arguments, `hit_start`, `hit_starts_from`, `hit_leave`, `hit_leaves`, `hit_pass`, and `Hit` with `found`, `distance`,
-// `surface`, `front` (met from its front side), `face` (towards the ray) and `own` (what a ray leaves
-// that stays on this side).
+// own)`, `hit_blocked` with the same arguments, `hit_start`, `hit_starts_from`, `hit_leave`, `hit_leaves`, `hit_pass`,
+// `hit_is_emitter`, and `Hit` with `found`, `distance`, `surface`, `front` (met from its front side), `face` (towards the
+// ray) and `own` (what a ray leaves that stays on this side).
 
 struct Path {
     // Where the next segment starts, world, m.
@@ -71,6 +71,8 @@ var<workgroup> tally: array<atomic<u32>, TALLY_COUNT>;
 
 // The path renews a voxel, and offers to renew no other.
 var<private> path_is_feeding: bool;
+// Its blocks of random numbers are none of those that the path drew before it ended, for some of these decided that it does.
+const PATH_FEED_BLOCK = 0x18000000u;
 const PATH_FEED_RAYS = 12u;
 
 // Place of a pixel's path and sums: rows from `first_row` on are in the buffers.
@@ -173,8 +175,9 @@ const PATH_BLOCKED = 1u;
 // Something lies there that may let light through, or the structure cannot say.
 const PATH_SHEETS = 2u;
 
-// Share of light that arrives along a shadow ray: cut-outs, blends and thin panes let theirs through.
-fn path_visibility(from_point: vec3f, wi: vec3f, distance: f32, leaves: vec2u) -> vec3f {
+// Share of light that arrives along a shadow ray: cut-outs, blends and thin panes let theirs through. Each moves the ray a
+// little, so that it may meet the `emitter` within the distance: then it has arrived.
+fn path_visibility(from_point: vec3f, wi: vec3f, distance: f32, leaves: vec2u, emitter: vec2u) -> vec3f {
     let blocked = hit_blocked(from_point, wi, distance, leaves);
     if (blocked != PATH_SHEETS) {
         return vec3f(select(0.0, 1.0, blocked == PATH_FREE));
@@ -185,7 +188,7 @@ fn path_visibility(from_point: vec3f, wi: vec3f, distance: f32, leaves: vec2u) -
     var own = leaves;
     for (var passed = 0u; passed < path_passes; passed += 1u) {
         let hit = hit_trace(origin, wi, left, own);
-        if (!hit.found) {
+        if (!hit.found || hit_is_emitter(hit, emitter)) {
             return visibility;
         }
         let s = path_surface(hit.surface);
@@ -225,7 +228,7 @@ fn path_light(surface: Surface, wo: vec3f, face: vec3f, sample: LightSample, ori
         return PathLight(vec3f(0.0), vec3f(0.0));
     }
     atomicAdd(&tally[TALLY_RAYS], 1u);
-    let arriving = sample.irradiance * cosine * path_visibility(origin, sample.wi, sample.distance, own);
+    let arriving = sample.irradiance * cosine * path_visibility(origin, sample.wi, sample.distance, own, sample.emitter);
     let value = brdf_eval_side(surface, wo, sample.wi, inside);
     let specular = value.specular * path_share(sample.pdf, (1.0 - q) * value.pdf_specular);
     let diffuse = value.lambert * path_share(sample.pdf, q * cosine / BRDF_PI);
@@ -251,7 +254,7 @@ fn path_area_sample(from_point: vec3f, own: vec2u, pixel: vec2u, serial: u32, bl
         sample.pdf *= params.emitter_share / params.emitter_total;
     } else {
         let sky = sky_sample(vec4f(u.yz, v.xy));
-        sample = LightSample(sky.direction, 4.0 * frame.diagonal, sky_radiance(sky.direction), sky.pdf * params.sky_share);
+        sample = LightSample(sky.direction, 4.0 * frame.diagonal, sky_radiance(sky.direction), sky.pdf * params.sky_share, LIGHT_NO_EMITTER);
     }
     sample.irradiance = select(vec3f(0.0), sample.irradiance / max(sample.pdf, 1e-20), sample.pdf > 0.0);
     return sample;

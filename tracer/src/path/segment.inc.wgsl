@@ -10,7 +10,7 @@ fn segment_advance(path: ptr<function, Path>, pixel: vec2u) -> vec3f {
     for (var passed = 0u; passed < path_passes; passed += 1u) {
         let bounce = (*path).state >> PATH_BOUNCE_SHIFT;
         let serial = params.first_sample + params.sample;
-        let block = 4u * (bounce + 1u) + 4096u * passed;
+        let block = select(0u, PATH_FEED_BLOCK, path_is_feeding) + 4u * (bounce + 1u) + 4096u * passed;
         let own = vec2u((*path).own_x, (*path).own_y);
         let hit = hit_trace((*path).origin, (*path).direction, 4.0 * frame.diagonal, own);
         if (!hit.found) {

@@ -80,6 +80,8 @@ pub struct PathBuild {
     /// Voxels keep radiance from frame to frame, and paths read it from their second hit on. Bounces are then without a
     /// limit, if there is more than one.
     pub cache: bool,
+    /// Voxels are in nested levels.
+    pub levels: bool,
 }
 
 impl Default for PathSettings {
@@ -106,6 +108,7 @@ impl Default for PathBuild {
             one_lobe: false,
             noise: Noise::default(),
             cache: false,
+            levels: false,
         }
     }
 }

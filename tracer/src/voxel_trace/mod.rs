@@ -25,17 +25,23 @@ use voxel::{RecordLayout, VoxelGrid};
 
 const HIT_WGSL: &str = include_str!("voxel_hit.inc.wgsl");
 
-/// What a grid with such records brings to paths.
-pub(crate) fn structure(record: RecordLayout) -> Structure {
-    let mut sources = vec![voxel::GRID_WGSL];
+/// What a grid with such records brings to paths, or nested levels of it.
+pub(crate) fn structure(record: RecordLayout, levels: bool) -> Structure {
+    let (grid, trace, binds) = match levels {
+        true => (voxel::LEVELS_WGSL, voxel::TRACE_LEVELS_WGSL, voxel::LEVELS_BINDS),
+        false => (voxel::GRID_WGSL, voxel::TRACE_WGSL, voxel::GRID_BINDS),
+    };
+    let mut sources = vec![grid];
     sources.extend(record.sources());
-    sources.extend([voxel::TRACE_WGSL, HIT_WGSL]);
-    Structure { pass: "trace/voxel", sources, binds: voxel::GRID_BINDS.to_vec(), of_triangles: false }
+    sources.extend([trace, HIT_WGSL]);
+    Structure { pass: "trace/voxel", sources, binds: binds.to_vec(), of_triangles: false }
 }
 
-/// Most iterations of one ray.
+/// Most iterations of one ray. It never turns back, so that it crosses a level's cells once.
 pub(crate) fn worst_case(grid: &VoxelGrid) -> u32 {
-    voxel::grid::STEPS_PER_CELL * grid.cells.iter().copied().max().unwrap_or(0)
+    // Levels are as large as the coarsest, or have the least cells that they may.
+    let cells = grid.cells.iter().copied().max().unwrap_or(0).max(voxel::cascades::LEAST_CELLS);
+    voxel::grid::STEPS_PER_CELL * cells * grid.levels
 }
 
 /// The id `voxel`.
@@ -45,7 +51,7 @@ pub struct VoxelTracer {
 
 impl Default for VoxelTracer {
     fn default() -> Self {
-        Self { paths: Paths::new(structure(RecordLayout::FULL)) }
+        Self { paths: Paths::new(structure(RecordLayout::FULL, false)) }
     }
 }
 
@@ -69,7 +75,7 @@ impl Tracer for VoxelTracer {
         size: [u32; 2],
         paths: &PathSettings,
     ) -> Result<(), GpuError> {
-        self.paths.structure = structure(RecordLayout::of(&scene.needs));
+        self.paths.structure = structure(RecordLayout::of(&scene.needs), paths.build.levels);
         self.paths.resize(gpu, scene, size, paths)
     }
 

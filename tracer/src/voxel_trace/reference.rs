@@ -11,6 +11,7 @@ const POINT_STEPS: f32 = 256.0;
 const SHARP: u32 = 0x8000_0000;
 
 /// A grid and its records.
+#[derive(Clone)]
 pub(super) struct CpuVoxels {
     pub(super) grid: CpuGrid,
     pub(super) records: Vec<[u32; 4]>,

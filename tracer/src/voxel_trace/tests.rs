@@ -4,6 +4,7 @@
 mod cache;
 mod closed_forms;
 mod fixture;
+mod glow;
 mod leaks;
 mod lean;
 mod sheets;

@@ -17,6 +17,8 @@ struct Hit {
     cell: vec3i,
     // Its record's number, which is that of what is kept for it.
     record: u32,
+    // Of the grid it is in, where levels are nested.
+    level: u32,
     // For rays that stay on this side of the surface: a point there, packed.
     own: vec2u,
     // The same for rays that cross it.
@@ -29,11 +31,9 @@ const HIT_NUDGE = 1e-3;
 // Off a plane: more than what neighbouring planes differ by, that of a ball of 20 voxels included.
 const HIT_OFF_PLANE = 0.02;
 
-// A point in 21 bits per axis: 1/256 voxel.
-const HIT_POINT_STEPS = 256.0;
-
+// A point in 21 bits per axis: 1/256 voxel, or what is left of it where levels are nested. Given in voxels.
 fn hit_point_pack(p: vec3f) -> vec2u {
-    let q = vec3u(clamp(p * HIT_POINT_STEPS, vec3f(0.0), vec3f(2097150.0)));
+    let q = vec3u(clamp(grid_steps_of(p), vec3f(0.0), vec3f(2097150.0)));
     return vec2u(q.x | (q.z << 21u), q.y | ((q.z >> 11u) << 21u));
 }
 
@@ -43,7 +43,7 @@ const HIT_POINT_SHARP = 0x80000000u;
 // World, m.
 fn hit_point_unpack(code: vec2u) -> vec3f {
     let q = vec3u(code & vec2u(0x1fffffu), (code.x >> 21u) | (((code.y >> 21u) & 0x3ffu) << 11u));
-    return grid.origin + (vec3f(q) + 0.5) * (grid.voxel_size / HIT_POINT_STEPS);
+    return grid_point_at(vec3f(q) + 0.5);
 }
 
 // A point that no surface separates from the origin of a ray that leaves `own`.
@@ -56,7 +56,7 @@ fn hit_behind(own: vec2u) -> f32 {
 }
 
 fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit {
-    let met = grid_trace(origin, direction, distance, hit_beside(origin, own), hit_behind(own));
+    let met = grid_first(origin, direction, distance, hit_beside(origin, own), hit_behind(own));
     atomicAdd(&tally[TALLY_ITERATIONS], met.iterations);
     if (met.cut) {
         atomicAdd(&tally[TALLY_CUT], 1u);
@@ -88,6 +88,7 @@ fn hit_trace(origin: vec3f, direction: vec3f, distance: f32, own: vec2u) -> Hit 
         }
         hit.cell = met.cell;
         hit.record = met.record;
+        hit.level = grid_level();
         let center = vec3f(met.cell) + 0.5;
         let point = (origin + met.distance * direction - grid.origin) / grid.voxel_size;
         let offset = select(0.0, hit.surface.contour, !met.is_cube);
@@ -127,7 +128,7 @@ fn hit_cube_pdf(cell: vec3i, origin: vec3f, direction: vec3f) -> f32 {
 // An emitting voxel, seen from `from` through a uniform point of its cube: its radiance, and the density but for the sum
 // of all weights.
 fn hit_emitter(emitter: vec2u, from_point: vec3f, own: vec2u, u: vec3f) -> LightSample {
-    let cell = vec3i(vec3u(emitter.x & 0xffffu, emitter.x >> 16u, emitter.y));
+    let cell = grid_use_named(emitter);
     let point = grid.origin + grid.voxel_size * (vec3f(cell) + u);
     let away = point - from_point;
     let wi = away / max(length(away), 1e-20);
@@ -139,18 +140,24 @@ fn hit_emitter(emitter: vec2u, from_point: vec3f, own: vec2u, u: vec3f) -> Light
     let beside = (hit_beside(from_point, own) - grid.origin) / grid.voxel_size;
     let o = (from_point - grid.origin) / grid.voxel_size;
     let met = grid_meet(record, cell, o, wi, enter, chord.y / grid.voxel_size - enter, beside, hit_behind(own), enter <= grid_near(), enter == 0.0);
-    if (dot(met.normal, wi) >= 0.0 || met.t < 0.0) {
-        return LightSample(wi, 0.0, vec3f(0.0), 0.0);
+    if (dot(met.normal, wi) >= 0.0 || met.t < 0.0 || !grid_is_level_at(from_point, wi, chord.x)) {
+        return LightSample(wi, 0.0, vec3f(0.0), 0.0, emitter);
     }
-    let pdf = brdf_luminance(surface.emission) * hit_cube_pdf(cell, from_point, wi);
+    let pdf = grid_face_share() * brdf_luminance(surface.emission) * hit_cube_pdf(cell, from_point, wi);
     // Ends before the cube itself.
     let reach = chord.x - HIT_NUDGE * grid.voxel_size;
-    return LightSample(wi, reach, surface.emission * surface.coverage, pdf);
+    return LightSample(wi, reach, surface.emission * surface.coverage, pdf, emitter);
+}
+
+fn hit_is_emitter(hit: Hit, emitter: vec2u) -> bool {
+    let cell = vec3u(hit.cell);
+    return all(vec2u(cell.x | (cell.y << 16u), cell.z | (hit.level << 16u)) == emitter);
 }
 
 // The density with which hit_emitter chooses what a ray from `from` met.
 fn hit_emitter_pdf(hit: Hit, from_point: vec3f, direction: vec3f, distance: f32) -> f32 {
-    return brdf_luminance(hit.surface.emission) * hit_cube_pdf(hit.cell, from_point, direction);
+    grid_use(hit.level);
+    return grid_face_share() * brdf_luminance(hit.surface.emission) * hit_cube_pdf(hit.cell, from_point, direction);
 }
 
 // A cell says nothing about light that passes it, its surface does.
@@ -173,6 +180,7 @@ const HIT_STEPS_TO_VIEWER = 18u;
 // Where a path starts at a surface that was rasterised, on the side of `side`: one elevation off it, or just off it where
 // planes are. Where that is inside a cube, in a corner, it starts between there and the viewer, where nothing is.
 fn hit_start(point: vec3f, face: vec3f, side: vec3f, wo: vec3f) -> vec3f {
+    grid_use_at(point);
     let height = select(grid_elevation(face), HIT_OFF_PLANE * grid.voxel_size, grid.contours != 0u);
     var start = point + height * side;
     if (dot(side, wo) > 0.0) {
@@ -185,6 +193,7 @@ fn hit_start(point: vec3f, face: vec3f, side: vec3f, wo: vec3f) -> vec3f {
 
 // What a path leaves that starts there. Between the point and the viewer nothing is.
 fn hit_starts_from(point: vec3f, side: vec3f, wo: vec3f) -> vec2u {
+    grid_use_at(point);
     let beside = point + grid.voxel_size * (select(0.5, 0.1, grid.contours != 0u) * side + select(side, wo, dot(side, wo) > 0.0));
     let sharp = vec2u(0u, select(HIT_POINT_SHARP, 0u, dot(side, wo) > 0.0));
     return hit_point_pack((beside - grid.origin) / grid.voxel_size) | sharp;
@@ -192,6 +201,7 @@ fn hit_starts_from(point: vec3f, side: vec3f, wo: vec3f) -> vec2u {
 
 // Just outside what was met, or just inside. Of a face the place is certain: not in a cell beside the two that share it.
 fn hit_beyond(point: vec3f, hit: Hit, outside: bool) -> vec3f {
+    grid_use(hit.level);
     if (hit.at_face) {
         let low = vec3f(hit.cell) + HIT_NUDGE;
         let within = clamp((point - grid.origin) / grid.voxel_size, low, low + (1.0 - 2.0 * HIT_NUDGE));

@@ -15,6 +15,7 @@ use crate::worker::{Order, Worker};
 use crate::{Failure, TITLE};
 use egui::ViewportId;
 use gridlight::RenderSettings;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
@@ -45,6 +46,8 @@ pub struct Options {
     pub script: Option<Script>,
     /// Pixels, if not as usual.
     pub size: Option<[u32; 2]>,
+    /// Folder of shaders to follow.
+    pub shaders: PathBuf,
 }
 
 /// Opens a window and lives in it until it is closed.
@@ -76,6 +79,7 @@ struct Open {
     screen: Screen,
     window: Arc<Window>,
     adapter: Option<String>,
+    shaders: PathBuf,
     proxy: EventLoopProxy<Wake>,
     worker: Worker,
     ordered: Option<Order>,
@@ -164,10 +168,11 @@ fn turns(all: &[Duration]) -> String {
     format!("{} turns of the event loop, {slow} of 100 ms or more, the longest {longest_ms:.0} ms", all.len())
 }
 
-fn worker(adapter: Option<String>, proxy: &EventLoopProxy<Wake>) -> std::io::Result<Worker> {
+fn worker(adapter: Option<String>, shaders: &Path, proxy: &EventLoopProxy<Wake>) -> std::io::Result<Worker> {
     let proxy = proxy.clone();
     Worker::start(
         adapter,
+        Some(shaders),
         Box::new(move || {
             // A window that is gone needs no waking.
             let _ = proxy.send_event(Wake::Worker);
@@ -194,8 +199,9 @@ impl Open {
             input,
             screen: Screen::default(),
             window,
-            worker: worker(options.adapter.clone(), proxy)?,
+            worker: worker(options.adapter.clone(), &options.shaders, proxy)?,
             adapter: options.adapter,
+            shaders: options.shaders,
             proxy: proxy.clone(),
             ordered: None,
             session: Session::new(options.settings),
@@ -239,7 +245,7 @@ impl Open {
         }
         if self.worker.is_gone() {
             self.shown.say("the renderer stopped and is started again; see the terminal for why".into());
-            match worker(self.adapter.clone(), &self.proxy) {
+            match worker(self.adapter.clone(), &self.shaders, &self.proxy) {
                 Ok(worker) => self.worker = worker,
                 Err(e) => self.shown.say(format!("it cannot be: {e}")),
             }

@@ -7,6 +7,7 @@
 mod judge;
 mod outputs;
 mod renderer;
+mod shaders;
 mod world;
 
 pub use judge::Judgement;
@@ -18,6 +19,9 @@ pub use world::{Frame, SceneFacts};
 use gridlight::RenderSettings;
 use gridlight::stages::KnobInfo;
 use renderer::{Did, Renderer};
+use shaders::Shaders;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 
@@ -75,6 +79,8 @@ pub enum Event {
 /// What the worker is sent.
 enum Message {
     Order(Box<Order>),
+    /// A shader file changed.
+    Shader(PathBuf),
     #[cfg(test)]
     LoseDevice,
     Stop,
@@ -92,17 +98,31 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Starts the thread on the adapter of this name.
+    /// Starts the thread on the adapter of this name; shaders in the folder are followed when they change.
     ///
     /// # Errors
     /// The system gives no thread.
-    pub fn start(adapter: Option<String>, waker: Waker) -> std::io::Result<Self> {
+    pub fn start(adapter: Option<String>, shaders: Option<&Path>, waker: Waker) -> std::io::Result<Self> {
         let (messages, inbox) = channel();
         let (outbox, events) = channel();
         let post = Post { events: outbox, waker: waker.into() };
+        let to = messages.clone();
+        let tell = move |path| {
+            // Nobody listens: then nobody minds.
+            let _ = to.send(Message::Shader(path));
+        };
+        let shaders = shaders.map_or_else(Shaders::default, |folder| {
+            Shaders::watch(folder, tell).unwrap_or_else(|e| {
+                post.send(Event::Failed(
+                    format!("shaders in {} are not followed: {e}", folder.display()),
+                    None,
+                ));
+                Shaders::default()
+            })
+        });
         let thread = std::thread::Builder::new()
             .name("renderer".into())
-            .spawn(move || work(adapter, &inbox, &post))?;
+            .spawn(move || work(Renderer::new(adapter, shaders, post.clone()), &inbox, &post))?;
         Ok(Self { messages, ordered: 0, events, thread: Some(thread) })
     }
 
@@ -153,11 +173,11 @@ impl Post {
 }
 
 /// Follows orders until told to stop: everything that lies in the inbox first, then one step of work.
-fn work(adapter: Option<String>, inbox: &Receiver<Message>, post: &Post) {
-    let mut renderer = Renderer::new(adapter, post.clone());
+fn work(mut renderer: Renderer, inbox: &Receiver<Message>, post: &Post) {
     let (mut taken, mut did) = (0, Did::Nothing);
     loop {
         let mut newest = None;
+        let mut edited = BTreeSet::new();
         let mut next = match did {
             Did::Nothing => inbox.recv().map_err(|_| TryRecvError::Disconnected),
             Did::Asked | Did::Reference => inbox.try_recv(),
@@ -167,6 +187,9 @@ fn work(adapter: Option<String>, inbox: &Receiver<Message>, post: &Post) {
                 Ok(Message::Order(order)) => {
                     taken += 1;
                     newest = Some(order);
+                }
+                Ok(Message::Shader(path)) => {
+                    edited.insert(path);
                 }
                 #[cfg(test)]
                 Ok(Message::LoseDevice) => renderer.lose_device(),
@@ -178,6 +201,9 @@ fn work(adapter: Option<String>, inbox: &Receiver<Message>, post: &Post) {
         let is_new = newest.is_some();
         if let Some(order) = newest {
             renderer.take(*order);
+        }
+        for path in edited {
+            renderer.shader_changed(&path);
         }
         let before = std::mem::replace(&mut did, renderer.step());
         if did != Did::Asked && (is_new || before == Did::Asked) {

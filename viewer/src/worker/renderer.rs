@@ -2,11 +2,13 @@
 //!
 //! Each step is one short piece of work: a frame of each side, one pass's output, one sample of the reference.
 
+use super::shaders::{Change, Shaders};
 use super::world::{World, needs_another_world};
 use super::{Event, Order, Post, outputs};
 use frame::Gpu;
 use gridlight::settings::View;
 use gridlight::{Error, metrics, stages};
+use std::path::Path;
 use std::sync::Arc;
 
 /// What a step was.
@@ -26,6 +28,9 @@ const MOST_FAILURES: u32 = 2;
 /// What is rendered with, from order to order.
 pub struct Renderer {
     adapter: Option<String>,
+    shaders: Shaders,
+    /// An edit that no frame was rendered with yet.
+    untried: Option<Change>,
     post: Post,
     gpu: Option<Gpu>,
     world: Option<World>,
@@ -45,8 +50,51 @@ struct Due {
 
 impl Renderer {
     /// Opens nothing yet.
-    pub fn new(adapter: Option<String>, post: Post) -> Self {
-        Self { adapter, post, gpu: None, world: None, order: None, due: Due::default(), failures: 0 }
+    pub fn new(adapter: Option<String>, shaders: Shaders, post: Post) -> Self {
+        Self {
+            adapter,
+            shaders,
+            untried: None,
+            post,
+            gpu: None,
+            world: None,
+            order: None,
+            due: Due::default(),
+            failures: 0,
+        }
+    }
+
+    /// A shader file was written: everything is made anew of what it says now. Where that is wrong it is said, and the
+    /// last one that was right stays.
+    pub fn shader_changed(&mut self, path: &Path) {
+        let Some(change) = self.shaders.read(path) else { return };
+        let Some(gpu) = self.gpu.clone() else { return };
+        gpu.edit_shader(&change.built, &change.now);
+        match self.reload() {
+            Err(e) => self.refuse(&change, &e),
+            Ok(()) => self.untried = Some(change),
+        }
+    }
+
+    fn refuse(&mut self, change: &Change, error: &Error) {
+        self.shaders.refuse(change);
+        if let Some(gpu) = &self.gpu {
+            gpu.edit_shader(&change.built, &change.before);
+        }
+        let message = format!("{}: {error}; what it was before stays", change.path.display());
+        self.post.send(Event::Failed(message, None));
+    }
+
+    /// A frame came out of the newest edit, if it is in any kernel.
+    fn tried(&mut self) {
+        let (Some(change), Some(gpu)) = (self.untried.take(), &self.gpu) else { return };
+        if change.built != change.now && !gpu.edited_shader_is_met(&change.built) {
+            let message = format!(
+                "{}: no kernel in use is made of it, or it was edited after the program was built",
+                change.path.display()
+            );
+            self.post.send(Event::Failed(message, None));
+        }
     }
 
     /// Takes over another order. Where it cannot be followed, that is said and the one before stands.
@@ -71,9 +119,19 @@ impl Renderer {
         match self.try_step() {
             Ok(did) => {
                 self.failures = 0;
+                if did == Did::Asked {
+                    self.tried();
+                }
                 did
             }
             Err(e) => {
+                if let Some(change) = self.untried.take() {
+                    self.refuse(&change, &e);
+                    return match self.reload() {
+                        Ok(()) => Did::Asked,
+                        Err(_) => self.recover(),
+                    };
+                }
                 self.post.send(Event::Failed(e.to_string(), None));
                 self.failures += 1;
                 self.recover()
@@ -92,7 +150,7 @@ impl Renderer {
     fn follow(&mut self, order: &Order) -> Result<(), Error> {
         let Some(first) = order.sides.first() else { return Ok(()) };
         if self.gpu.is_none() {
-            let gpu = open(self.adapter.as_deref())?;
+            let gpu = open(self.adapter.as_deref(), &self.shaders)?;
             self.post.send(Event::Adapter(gpu.info.name.clone()));
             self.post.send(Event::Knobs(stages::knobs(gpu.clone())?));
             self.gpu = Some(gpu);
@@ -140,7 +198,7 @@ impl Renderer {
             self.post.send(Event::Failed(message, None));
             return Did::Nothing;
         }
-        let again = open(self.adapter.as_deref()).map_err(Error::from).and_then(|gpu| {
+        let again = open(self.adapter.as_deref(), &self.shaders).map_err(Error::from).and_then(|gpu| {
             self.gpu = Some(gpu);
             self.reload()
         });
@@ -208,8 +266,11 @@ impl Renderer {
 }
 
 /// A device whose errors are told, not panicked about: the frame they fall into fails to read back.
-fn open(adapter: Option<&str>) -> Result<Gpu, frame::GpuError> {
+fn open(adapter: Option<&str>, shaders: &Shaders) -> Result<Gpu, frame::GpuError> {
     let gpu = Gpu::new(adapter)?;
+    for (built, now) in shaders.edits() {
+        gpu.edit_shader(built, now);
+    }
     gpu.device.on_uncaptured_error(Arc::new(|e| eprintln!("warning: {e}")));
     Ok(gpu)
 }

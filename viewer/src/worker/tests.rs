@@ -3,6 +3,7 @@
 use super::*;
 use frame::cpu::Image;
 use gridlight::settings::{KnobSetting, View};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Longer than anything here takes on a busy machine; a worker that hangs fails here.
@@ -43,12 +44,17 @@ struct Bench {
 impl Bench {
     /// None where there is no adapter.
     fn new() -> Option<Self> {
+        Self::following(None)
+    }
+
+    /// The same, with shaders followed.
+    fn following(shaders: Option<&Path>) -> Option<Self> {
         if let Err(e) = frame::Gpu::new(None) {
             assert!(std::env::var_os("GRIDLIGHT_REQUIRE_ADAPTER").is_none(), "{e}");
             println!("skipped: {e}");
             return None;
         }
-        let worker = Worker::start(None, Box::new(|| {})).unwrap();
+        let worker = Worker::start(None, shaders, Box::new(|| {})).unwrap();
         Some(Self { worker, order: order(vec![small()]) })
     }
 
@@ -177,6 +183,44 @@ fn a_lost_device_is_opened_again() {
         _ => None,
     });
     assert_eq!(after, before);
+}
+
+#[test]
+fn an_edited_shader_is_seen_and_a_broken_one_is_told() {
+    let name = "best_candidate.wgsl";
+    let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("../upsample/src/best_candidate").join(name);
+    let built = std::fs::read_to_string(built).unwrap();
+    let folder = std::env::temp_dir().join(format!("gridlight-shaders-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("src")).unwrap();
+    let file = folder.join("src").join(name);
+    std::fs::write(&file, &built).unwrap();
+    if let Some(mut bench) = Bench::following(Some(&folder)) {
+        let [before, _] = bench.pictures();
+        let is_frame = |event: &Event| matches!(event, Event::Frame(_));
+        let last = |events: Vec<Event>| match events.into_iter().next_back() {
+            Some(Event::Frame(frame)) => Some((*frame.radiance).clone()),
+            _ => None,
+        };
+        let call = "textureStore(out_color, pixel, modulate_pixel";
+        assert!(built.contains(call));
+        std::fs::write(&file, built.replace(call, "textureStore(out_color, pixel, 0.5 * modulate_pixel"))
+            .unwrap();
+        let half = last(bench.until(is_frame)).unwrap();
+        for (a, b) in before.as_ref().unwrap().texels().iter().zip(half.texels()) {
+            // Half a number is exact but for the smallest half floats.
+            assert!((0..3).all(|c| (0.5 * a[c] - b[c]).abs() <= 1e-3 * a[c] + 1e-6), "{a:?} {b:?}");
+        }
+        std::fs::write(&file, built.replace(call, "textureStore(out_color, pixel, no_such_function"))
+            .unwrap();
+        let events = bench.until(|event| matches!(event, Event::Failed(..)));
+        let said = failures(&events)[0];
+        assert!(said.contains(name) && said.contains("no_such_function"), "{said}");
+        bench.order.restarts += 1;
+        assert_eq!(bench.pictures()[0].as_ref(), Some(&half), "the last one that was right stays");
+        std::fs::write(&file, &built).unwrap();
+        assert_eq!(last(bench.until(is_frame)), before);
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]

@@ -8,9 +8,9 @@
 // Of the chunk's brick.
 var<private> compute_slot: u32;
 
-fn compute_meet(triangle: u32, cell: vec3i, key: u32) {
+fn compute_meet(triangle: u32, normal: vec3f, cell: vec3i, key: u32) {
     let at = GRID_BRICK_CELLS * compute_slot + grid_cell_index(cell);
-    if (bend_is(Bend(params.flat, params.apart, params.first_moving), in_keys[at], triangle, cell)) {
+    if (bend_is(Bend(params.flat, params.apart, params.first_moving), in_keys[at], triangle, normal, cell)) {
         atomicOr(&out_bends[at >> 5u], 1u << (at & 31u));
     }
 }

@@ -77,7 +77,7 @@ fn compute_cells(triangle: u32, brick: vec3i, row: i32, rows: i32) {
                 }
                 let miss = abs(dot(t.normal, t.a - center)) * scale;
                 let nearness = min(u32(select(COMPUTE_STEPS_CONSERVATIVE, COMPUTE_STEPS_THIN, is_thin) * miss), 63u);
-                compute_meet(triangle, cell, (kind << 30u) | (nearness << 24u) | triangle);
+                compute_meet(triangle, t.normal * scale, cell, (kind << 30u) | (nearness << 24u) | triangle);
             }
         }
     }

@@ -81,8 +81,16 @@ frame::gpu_struct! {
         pub apart: f32,
         /// The first triangle that moves.
         pub first_moving: u32,
-        /// WGSL rounds uniforms up.
+        /// WGSL aligns vectors.
         pub _pad: [u32; 3],
+        /// Bricks that are made already: the first.
+        pub kept_low: [i32; 3],
+        /// WGSL aligns vectors.
+        pub _pad_low: u32,
+        /// One behind the last.
+        pub kept_high: [i32; 3],
+        /// WGSL rounds uniforms up.
+        pub _pad_high: u32,
     }
 }
 
@@ -128,17 +136,17 @@ impl Compute {
             [&surfaces[..], &tests, &[bend::WGSL, include_str!("cells.wgsl")], last].concat()
         };
         let (voting, bending) = (cells(&[include_str!("votes.wgsl")]), cells(&[include_str!("bends.wgsl")]));
-        let kernel = |sources: &[&str], entry, bindings: Vec<&[Bind]>, more: &[(&'static str, f64)]| {
+        let of_mesh = scene.mesh.layout.constants();
+        let kernel = |sources: &[&str], entry, bindings: Vec<&[Bind]>, constants: &[(&'static str, f64)]| {
             let params = [Bind::uniform::<ComputeParams>(0, 1, "params")];
             let bindings: Vec<_> = std::iter::once(&params[..]).chain(bindings).flatten().copied().collect();
-            let constants = [&scene.mesh.layout.constants(), more].concat();
             let desc = KernelDesc {
                 name: entry,
                 sources,
                 entry,
                 workgroup: [64, 1, 1],
                 bindings: &bindings,
-                constants: &constants,
+                constants,
             };
             Kernel::new(gpu, &desc)
         };
@@ -161,25 +169,24 @@ impl Compute {
             let of = |holes: bool| {
                 let bindings =
                     [vec![&mesh[..], &MATERIAL_BINDS, &grid], after.clone(), vec![&lists]].concat();
-                let more = [
-                    ("compute_holes", f64::from(u8::from(holes))),
-                    ("compute_marks", f64::from(u8::from(marks))),
-                ];
-                kernel(cells, entry, bindings, &more)
+                let mut constants = scene.constants().to_vec();
+                constants.push(("compute_holes", f64::from(u8::from(holes))));
+                constants.push(("compute_marks", f64::from(u8::from(marks))));
+                kernel(cells, entry, bindings, &constants)
             };
             holes.map(of).collect::<Result<Vec<_>, _>>()
         };
         Ok(Self {
-            measure: kernel(&bins, "compute_measure", vec![mesh, &grid, &tiles], &[])?,
-            split: kernel(&bins, "compute_split", vec![&sums, &tiles, &out_items], &[])?,
-            count: kernel(&counting, "compute_visit", vec![mesh, &grid, &items, &out_counts], &[])?,
-            measure_chunks: kernel(&bins, "compute_measure_chunks", vec![&counts, &chunk_counts], &[])?,
-            cut: kernel(&bins, "compute_cut", vec![&sums, &counts, &of_chunks, &out_chunks], &[])?,
+            measure: kernel(&bins, "compute_measure", vec![mesh, &grid, &tiles], &of_mesh)?,
+            split: kernel(&bins, "compute_split", vec![&sums, &tiles, &out_items], &of_mesh)?,
+            count: kernel(&counting, "compute_visit", vec![mesh, &grid, &items, &out_counts], &of_mesh)?,
+            measure_chunks: kernel(&bins, "compute_measure_chunks", vec![&counts, &chunk_counts], &of_mesh)?,
+            cut: kernel(&bins, "compute_cut", vec![&sums, &counts, &of_chunks, &out_chunks], &of_mesh)?,
             fill: kernel(
                 &filling,
                 "compute_visit",
                 vec![mesh, &grid, &sums, &items, &out_counts, &out_lists],
-                &[],
+                &of_mesh,
             )?,
             mark: variants(&voting, "compute_mark", true, vec![&marks])?,
             vote: variants(&voting, "compute_vote", false, vec![&structure, &keys])?,
@@ -315,7 +322,14 @@ fn bound<'b>(buffers: &[&'b Buffer]) -> Vec<wgpu::BindingResource<'b>> {
 impl Input<'_> {
     fn params(&self) -> ComputeParams {
         let is_thin = u32::from(self.cover != Cover::Conservative);
-        ComputeParams { first_triangle: self.triangles.start, is_thin, ..Default::default() }
+        let [kept_low, kept_high] = self.kept.map(Into::into);
+        ComputeParams {
+            first_triangle: self.triangles.start,
+            is_thin,
+            kept_low,
+            kept_high,
+            ..Default::default()
+        }
     }
 
     fn params_of(&self, slots: Range<u32>) -> ComputeParams {

@@ -16,6 +16,9 @@ struct ComputeParams {
     flat: f32,
     apart: f32,
     first_moving: u32,
+    // Bricks that are made already: first, and one behind the last.
+    kept_low: vec3i,
+    kept_high: vec3i,
 }
 
 @group(0) @binding(1) var<uniform> params: ComputeParams;

@@ -3,7 +3,7 @@
 
 use crate::Cover;
 use crate::grid::Layout;
-use crate::raster::{GRAIN, PREFERENCE, TIE};
+use crate::raster::{PREFERENCE, TIE};
 use glam::{DVec3, IVec3, Vec3};
 
 /// Cells by which a triangle must enter a cell of [`Cover::Boxes`], as in `raster/conservative.inc.wgsl`.
@@ -28,12 +28,11 @@ impl Sat {
     /// From corners in the world, m; none without an area or where a corner is no number. Of a cover that is no
     /// [`Cover::Columns`].
     pub fn new(layout: &Layout, corners: [Vec3; 3], cover: Cover) -> Option<Self> {
-        let moved =
-            corners.map(|p| ((p - layout.origin) / layout.voxel_size * GRAIN).map(f32::round_ties_even));
+        let moved = corners.map(|p| layout.moved(p));
         if moved.iter().any(|p| !p.is_finite() || p.abs().max_element() >= 1e18) {
             return None;
         }
-        let mut corners = moved.map(|p| (p / GRAIN).as_dvec3());
+        let mut corners = moved.map(|p| p.as_dvec3());
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let (size, preference) = (normal.abs(), f64::from(PREFERENCE));
         let axis = match () {

@@ -32,7 +32,7 @@ fn sat_turn_back(p: vec3i, axis: u32) -> vec3i {
 }
 
 fn sat_corner(vertex: u32) -> vec3f {
-    return round((mesh_position(vertex) - grid.origin) / grid.voxel_size * RASTER_GRAIN) / RASTER_GRAIN;
+    return grid_moved(mesh_position(vertex), RASTER_GRAIN);
 }
 
 // Beyond this, cells, products of coordinates would leave the range of floats; so are corners that are no numbers.

@@ -27,7 +27,8 @@ fn compute_visit(@builtin(global_invocation_id) id: vec3u) {
             for (var w = span.x; w <= span.y; w += 1) {
                 let brick = sat_turn_back(vec3i(u, v, w), t.axis);
                 let center = 8.0 * vec3f(brick) + COMPUTE_HALF_BRICK;
-                if (!sat_overlaps(t, center, COMPUTE_HALF_BRICK, slack, false)) {
+                let is_kept = all(brick >= params.kept_low) && all(brick < params.kept_high);
+                if (is_kept || !sat_overlaps(t, center, COMPUTE_HALF_BRICK, slack, false)) {
                     continue;
                 }
                 compute_found(grid_index(brick, grid.bricks), item.x);

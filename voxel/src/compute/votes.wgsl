@@ -4,7 +4,7 @@
 // As the raster's: complement of the least key.
 @group(3) @binding(7) var<storage, read_write> out_keys: array<atomic<u32>>;
 
-fn compute_meet(triangle: u32, cell: vec3i, key: u32) {
+fn compute_meet(triangle: u32, normal: vec3f, cell: vec3i, key: u32) {
     atomicMax(&compute_keys[grid_cell_index(cell)], ~key);
 }
 

@@ -122,7 +122,7 @@ impl Lamp {
         let low = voxels.iter().map(|v| v.cell).reduce(IVec3::min)?;
         let high = voxels.iter().map(|v| v.cell).reduce(IVec3::max)? + 1;
         let cells = (high - low).as_uvec3().to_array();
-        let layout = Layout { origin: Vec3::ZERO, voxel_size: 1.0, cells };
+        let layout = Layout { origin: Vec3::ZERO, voxel_size: 1.0, cells, low: IVec3::ZERO };
         let grid = CpuGrid::new(&layout, voxels.iter().map(|v| v.cell - low));
         let mut by_record = voxels.to_vec();
         for voxel in voxels {

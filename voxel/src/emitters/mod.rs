@@ -18,8 +18,11 @@
 
 mod cast;
 pub mod flux;
+mod levels;
 #[cfg(test)]
 mod tests;
+
+pub(crate) use levels::Lamps;
 
 use crate::compute::reference::Sat;
 use crate::grid::reference::CpuGrid;
@@ -172,7 +175,7 @@ impl Emitters {
         let all = factors.cells.iter().zip(luminances);
         let mut glowing: Vec<Glowing> = all
             .filter(|(_, luminance)| *luminance > 0.0)
-            .map(|(cell, luminance)| Glowing { cell: *cell, luminance })
+            .map(|(cell, luminance)| Glowing { cell: *cell, level: 0, face_share: 1.0, luminance })
             .collect();
         // The factors come out of a hash map: in which order, differs from run to run.
         glowing.sort_by_key(|g| g.cell);
@@ -192,7 +195,8 @@ impl Emitters {
         let glows = |cell: IVec3| {
             let record = *records.get(cpu.record(cell)? as usize)?;
             let luminance = frame::cpu::luminance(Surface::unpack_voxel(record).emission.to_array());
-            (luminance > 0.0).then_some(Glowing { cell: cell.to_array().map(|c| c as u32), luminance })
+            let cell = cell.to_array().map(|c| c as u32);
+            (luminance > 0.0).then_some(Glowing { cell, level: 0, face_share: 1.0, luminance })
         };
         let mut glowing: Vec<Glowing> = cpu.cells().into_iter().filter_map(glows).collect();
         glowing.sort_by_key(|g| g.cell);
@@ -256,6 +260,31 @@ impl ReadMesh {
         Ok(Self { vertices, first_vertex, stride: stride as usize, objects })
     }
 
+    /// What `work` makes of each object, given its place among them and its triangles; on all cores.
+    fn each<T: Send>(&self, work: impl Fn(usize, &[(u32, [u32; 3])]) -> T + Sync) -> Vec<T> {
+        let objects: Vec<_> = self.objects.values().collect();
+        let next = AtomicUsize::new(0);
+        let run = || {
+            let mut done = Vec::new();
+            loop {
+                let at = next.fetch_add(1, Ordering::Relaxed);
+                let Some(triangles) = objects.get(at) else { break };
+                done.push((at, work(at, triangles)));
+            }
+            done
+        };
+        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(objects.len());
+        let mut done: Vec<_> = std::thread::scope(|scope| {
+            let workers: Vec<_> = (0..threads).map(|_| scope.spawn(run)).collect();
+            let join = |w: std::thread::ScopedJoinHandle<'_, Vec<(usize, T)>>| {
+                w.join().unwrap_or_else(|e| std::panic::resume_unwind(e))
+            };
+            workers.into_iter().flat_map(join).collect()
+        });
+        done.sort_by_key(|(at, _)| *at);
+        done.into_iter().map(|(_, made)| made).collect()
+    }
+
     /// The first words of a vertex: position and packed normal. Zeros where a triangle names none.
     fn vertex(&self, vertex: u32) -> (Vec3, Vec3) {
         let at = (vertex - self.first_vertex) as usize * self.stride;
@@ -311,20 +340,7 @@ impl Counted {
 
 /// Counts every emitter of a mesh.
 fn counted(layout: &Layout, cover: Cover, mesh: &ReadMesh, lines: u32) -> Vec<Counted> {
-    let objects: Vec<_> = mesh.objects.values().collect();
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let mut done = Vec::new();
-        while let Some(triangles) = objects.get(next.fetch_add(1, Ordering::Relaxed)) {
-            done.push(count(layout, cover, mesh, triangles, lines));
-        }
-        done
-    };
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(objects.len());
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().flat_map(|w| w.join().unwrap_or_else(|e| std::panic::resume_unwind(e))).collect()
-    })
+    mesh.each(|_, triangles| alone(layout, cover, mesh, triangles).counted(lines))
 }
 
 /// Cell and factor of every emitter's voxels. The key decides between emitters in one cell, whatever order threads
@@ -347,17 +363,31 @@ fn won<'a>(counted: impl IntoIterator<Item = &'a Counted>) -> Vec<[u32; 4]> {
         .collect()
 }
 
-fn count(
-    layout: &Layout,
-    cover: Cover,
-    mesh: &ReadMesh,
-    triangles: &[(u32, [u32; 3])],
-    lines: u32,
-) -> Counted {
+/// An emitter alone in a grid.
+struct Alone {
+    voxels: Vec<(Lit, u32)>,
+    /// Triangles in cells, and their area in cell faces.
+    triangles: Vec<[Vec3; 3]>,
+    area: f64,
+}
+
+impl Alone {
+    fn factor(self, lines: u32) -> f32 {
+        let lit: Vec<Lit> = self.voxels.iter().map(|(lit, _)| *lit).collect();
+        flux::factor(&lit, self.triangles, self.area, lines, SEED)
+    }
+
+    fn counted(self, lines: u32) -> Counted {
+        let voxels = self.voxels.clone();
+        Counted { voxels, factor: self.factor(lines) }
+    }
+}
+
+fn alone(layout: &Layout, cover: Cover, mesh: &ReadMesh, triangles: &[(u32, [u32; 3])]) -> Alone {
     let (mut parts, mut area, mut in_cells) = (Vec::new(), 0.0, Vec::new());
     for &(number, vertices) in triangles {
         let corners = vertices.map(|v| mesh.vertex(v));
-        let [a, b, c] = corners.map(|(position, _)| (position - layout.origin) / layout.voxel_size);
+        let [a, b, c] = corners.map(|(position, _)| (position - layout.corner()) / layout.voxel_size);
         if ![a, b, c].iter().all(|p| p.is_finite()) {
             continue;
         }
@@ -410,6 +440,5 @@ fn count(
             voxels.push((Lit { cell: *cell, normal: vote.normal, share: share.min(1.0) }, vote.key));
         }
     }
-    let lit: Vec<Lit> = voxels.iter().map(|(lit, _)| *lit).collect();
-    Counted { voxels, factor: flux::factor(&lit, in_cells, area, lines, SEED) }
+    Alone { voxels, triangles: in_cells, area }
 }

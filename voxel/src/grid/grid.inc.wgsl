@@ -26,10 +26,19 @@ struct Grid {
     contours: u32,
     // Words per record.
     record_words: u32,
+    // Records before the grid's own, where a buffer holds those of several.
+    first_record: u32,
+    // Of packed points, per cell.
+    point_steps: f32,
+    // Cell 0 on its lattice.
+    low: vec3i,
+    // Where levels are nested: half the side of the box around the viewer that it is for, m.
+    reach: f32,
+    // World position of the low corner of the lattice's cell 0, m.
+    lattice: vec3f,
 }
 
 @group(1) @binding(16) var<storage, read> grid_structure: array<u32>;
-@group(1) @binding(18) var<uniform> grid: Grid;
 
 fn grid_index(p: vec3i, size: vec3i) -> u32 {
     return u32(p.x + size.x * (p.y + size.y * p.z));
@@ -119,12 +128,18 @@ fn grid_record_in(brick: u32, part: u32, bit: u32) -> u32 {
     let prefix = (grid_structure[brick + GRID_PREFIX_WORD + part / 2u] >> (16u * (part & 1u))) & 0xffffu;
     let below = (1u << (bit & 31u)) - 1u;
     let rank = select(countOneBits(mask.x & below), countOneBits(mask.x) + countOneBits(mask.y & below), bit >= 32u);
-    return grid_structure[brick + GRID_BASE_WORD] + prefix + rank;
+    return grid_first_record() + grid_structure[brick + GRID_BASE_WORD] + prefix + rank;
 }
 
 fn grid_record(cell: vec3i) -> u32 {
     let p = cell & vec3i(3);
     return grid_record_in(grid_brick_at(cell), grid_part(cell), u32(p.x + 4 * p.y + 16 * p.z));
+}
+
+// A point of the world in cells, moved to the grain `steps` of rasterizers. Rounded on the lattice: a grid elsewhere on it
+// has the same triangles.
+fn grid_moved(point: vec3f, steps: f32) -> vec3f {
+    return round((point - grid.lattice) / grid.voxel_size * steps) / steps - vec3f(grid.low);
 }
 
 // How far above a surface a path starts, m: the least distance along its unit face normal that is surely outside the

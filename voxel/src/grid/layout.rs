@@ -15,12 +15,14 @@ const BORDER: u32 = 2;
 /// The grid's place and size; everything that follows from bounds and resolution alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layout {
-    /// World position of the low corner of cell 0.
+    /// World position of the low corner of the lattice's cell 0.
     pub origin: Vec3,
     /// Side of a cell, m.
     pub voxel_size: f32,
     /// Per axis.
     pub cells: [u32; 3],
+    /// The grid's cell 0 on its lattice: 0, but for a grid that moves with the viewer.
+    pub low: IVec3,
 }
 
 impl Layout {
@@ -49,7 +51,19 @@ impl Layout {
         let cells = (size / voxel_size - SNAP).ceil().max(Vec3::ZERO).to_array();
         let cells = cells.map(|inside| (inside as u32).min(inner) + 2 * BORDER);
         let low = if bounds.is_empty() { Vec3::ZERO } else { bounds.min };
-        Ok(Self { origin: low - BORDER as f32 * voxel_size, voxel_size, cells })
+        Ok(Self { origin: low - BORDER as f32 * voxel_size, voxel_size, cells, low: IVec3::ZERO })
+    }
+
+    /// World position of the low corner of cell 0.
+    pub fn corner(&self) -> Vec3 {
+        self.origin + self.voxel_size * self.low.as_vec3()
+    }
+
+    /// A point of the world in cells, moved to the grain. Where it is on the lattice is rounded, which the grid's place
+    /// there does not change.
+    pub fn moved(&self, point: Vec3) -> Vec3 {
+        let steps = ((point - self.origin) / self.voxel_size / SNAP).map(f32::round_ties_even);
+        steps * SNAP - self.low.as_vec3()
     }
 
     /// Cells on the longest axis.
@@ -95,7 +109,7 @@ impl Layout {
         let groups_at = 2 * count(regions);
         let table_at = groups_at + 2 * count(groups);
         Grid {
-            origin: self.origin.into(),
+            origin: self.corner().into(),
             voxel_size: self.voxel_size,
             cells: self.cells.map(|n| n as i32),
             elevation,
@@ -107,7 +121,12 @@ impl Layout {
             bricks_at: table_at + count(bricks),
             contours: 0,
             record_words: 4,
-            _pad: [0; 2],
+            first_record: 0,
+            point_steps: 256.0,
+            low: self.low.into(),
+            reach: 0.0,
+            lattice: self.origin.into(),
+            _pad: 0,
         }
     }
 }

@@ -62,7 +62,15 @@ macro_rules! shared_constants {
         /// The shader's half of the structure: bindings 16 and 18 of group 1 and functions named `grid_*`. Needs nothing else.
         pub const GRID_WGSL: &str = concat!(
             $("const GRID_", stringify!($name), " = ", stringify!($value), "u;\n",)*
-            include_str!("grid.inc.wgsl")
+            include_str!("grid.inc.wgsl"),
+            include_str!("one.inc.wgsl")
+        );
+
+        /// The same over nested levels ([`crate::cascades`]): `grid` is the one at hand.
+        pub const LEVELS_WGSL: &str = concat!(
+            $("const GRID_", stringify!($name), " = ", stringify!($value), "u;\n",)*
+            include_str!("grid.inc.wgsl"),
+            include_str!("levels.inc.wgsl")
         );
     };
 }
@@ -84,6 +92,8 @@ shared_constants! {
     STEPS_PER_CELL = 3;
     /// Cells of a brick.
     BRICK_CELLS = 512;
+    /// Most nested levels.
+    LEVELS = 8;
 }
 
 frame::gpu_struct! {
@@ -113,13 +123,43 @@ frame::gpu_struct! {
         pub contours: u32,
         /// Words per record.
         pub record_words: u32,
+        /// Records before the grid's own, where a buffer holds those of several.
+        pub first_record: u32,
+        /// Of packed points, per cell.
+        pub point_steps: f32,
+        /// Cell 0 on its lattice.
+        pub low: [i32; 3],
+        /// Where levels are nested: half the side of the box around the viewer that it is for, m.
+        pub reach: f32,
+        /// World position of the low corner of the lattice's cell 0, m.
+        pub lattice: [f32; 3],
         /// WGSL rounds uniforms up.
-        pub _pad: [u32; 2],
+        pub _pad: u32,
     }
 }
 
-/// The walk, `grid_trace`; after [`frame::surface::WGSL`], [`GRID_WGSL`] and a snippet of [`crate::record`].
-pub const TRACE_WGSL: &str = include_str!("trace.inc.wgsl");
+/// The walk, `grid_trace` and `grid_first`; after [`frame::surface::WGSL`], [`GRID_WGSL`] and a snippet of
+/// [`crate::record`].
+pub const TRACE_WGSL: &str = concat!(include_str!("trace.inc.wgsl"), include_str!("first_one.inc.wgsl"));
+
+macro_rules! fade {
+    () => {
+        0.25
+    };
+}
+
+/// Rays change levels between this share of the way to the side of a level's box and the side itself, each at its own
+/// place: nothing is seen to change when the boxes move.
+pub(crate) const FADE: f32 = fade!();
+
+/// The walk through nested levels; the same, after [`LEVELS_WGSL`].
+pub const TRACE_LEVELS_WGSL: &str = concat!(
+    include_str!("trace.inc.wgsl"),
+    "const GRID_FADE = ",
+    fade!(),
+    ";\n",
+    include_str!("first_levels.inc.wgsl")
+);
 
 /// What [`TRACE_WGSL`] binds when a kernel uses all of it; the order is that of [`VoxelGrid::resources`].
 pub const GRID_BINDS: [Bind; 3] = [
@@ -127,6 +167,22 @@ pub const GRID_BINDS: [Bind; 3] = [
     Bind::storage_read(1, 17, "grid_records"),
     Bind::uniform::<Grid>(1, 18, "grid"),
 ];
+
+frame::gpu_struct! {
+    /// See `levels.inc.wgsl`.
+    pub struct GridLevels {
+        /// What the boxes are around, m.
+        pub eye: [f32; 3],
+        /// WGSL aligns structs.
+        pub _pad: u32,
+        /// Finest first; the last is the whole scene.
+        pub levels: [Grid; LEVELS as usize],
+    }
+}
+
+/// The same as [`GRID_BINDS`] for [`TRACE_LEVELS_WGSL`].
+pub const LEVELS_BINDS: [Bind; 3] =
+    [GRID_BINDS[0], GRID_BINDS[1], Bind::uniform::<GridLevels>(1, 18, "grid_levels")];
 
 /// A voxelized scene on the device.
 #[derive(Clone)]
@@ -143,8 +199,10 @@ pub struct VoxelGrid {
     pub records: Buffer,
     /// The words of each.
     pub record: RecordLayout,
-    /// [`Grid`].
+    /// [`Grid`], or [`GridLevels`] where levels are nested.
     pub uniform: Buffer,
+    /// Nested levels; 1 is this grid alone.
+    pub levels: u32,
     /// Surfaces are where the records' planes are.
     pub contours: bool,
     /// Occupied cells.
@@ -160,6 +218,10 @@ pub struct VoxelGrid {
 pub struct Glowing {
     /// Its place.
     pub cell: [u32; 3],
+    /// Its level, as [`GridLevels`] counts them; 0 where there is one.
+    pub level: u32,
+    /// A face of its cube as a share of one of the coarsest level.
+    pub face_share: f32,
     /// Of its emission as stored, times `radiance_scale`.
     pub luminance: f32,
 }

@@ -47,6 +47,7 @@ use crate::{Cover, Grid, resolve};
 use frame::scene_gpu::{GpuMesh, GpuScene, MATERIAL_BINDS, MATERIAL_WGSL, MESH_BINDS, MESH_WGSL};
 use frame::{Bind, Buffer, Gpu, GpuError, Kernel, KernelDesc, KernelError, RasterDesc, RasterKernel};
 use frame::{RasterTargets, Recorder, Room, Texture, brdf, surface};
+use glam::IVec3;
 use std::ops::Range;
 use wgpu::BufferUsages;
 
@@ -172,6 +173,8 @@ pub(crate) struct Input<'a> {
     /// [`Cover::Columns`] or [`Cover::Boxes`] for what is drawn.
     pub cover: Cover,
     pub bend: Bend,
+    /// Bricks that [`crate::compute`] leaves out: the first, and one behind the last.
+    pub kept: [IVec3; 2],
 }
 
 impl Input<'_> {
@@ -233,8 +236,11 @@ impl Raster {
             cells,
         ];
         let kernel = |name, fragment, after: &[Bind], holes: bool| {
-            let mut constants = scene.mesh.layout.constants().to_vec();
+            let mut constants = scene.constants().to_vec();
             constants.push(("raster_holes", f64::from(u8::from(holes))));
+            if fragment == "raster_bend" {
+                constants.push(("bend_meets_planes", f64::from(u8::from(boxes))));
+            }
             let params = Bind::uniform::<RasterParams>(0, 1, "params");
             let shared = std::iter::once(&params).chain(&MESH_BINDS).chain(&MATERIAL_BINDS);
             let bindings: Vec<_> = shared.chain(after).copied().collect();

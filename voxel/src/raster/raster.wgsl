@@ -44,7 +44,7 @@ fn raster_turn_back(p: vec3i, axis: u32) -> vec3i {
 }
 
 fn raster_corner(vertex: u32) -> vec3f {
-    return round((mesh_position(vertex) - grid.origin) / grid.voxel_size * RASTER_GRAIN) / RASTER_GRAIN;
+    return grid_moved(mesh_position(vertex), RASTER_GRAIN);
 }
 
 fn raster_has_holes(triangle: u32) -> bool {
@@ -142,7 +142,9 @@ fn raster_bend_cell(in: RasterCorner, found: RasterCell) {
     }
     let at = GRID_BRICK_CELLS * local + grid_cell_index(found.cell);
     let bend = Bend(params.flat, params.apart, params.first_moving);
-    if (bend_is(bend, atomicLoad(&out_keys[at]), in.triangle, found.cell) && raster_class(in.triangle, found.cell) != 3u) {
+    let v = mesh_triangle(in.triangle);
+    let own = bend_normal(mesh_position(v.x), mesh_position(v.y), mesh_position(v.z));
+    if (bend_is(bend, atomicLoad(&out_keys[at]), in.triangle, own, found.cell) && raster_class(in.triangle, found.cell) != 3u) {
         atomicOr(&out_bends[at >> 5u], 1u << (at & 31u));
     }
 }

@@ -46,13 +46,12 @@ struct Moved {
 impl Moved {
     /// From corners in the world, m; none where one is no number.
     fn new(layout: &Layout, corners: [Vec3; 3]) -> Option<Self> {
-        let moved =
-            corners.map(|p| ((p - layout.origin) / layout.voxel_size * GRAIN).map(f32::round_ties_even));
+        let moved = corners.map(|p| layout.moved(p));
         // Beyond this, products of integers would overflow; nothing of it is inside any grid.
-        if moved.iter().any(|p| !p.is_finite() || p.abs().max_element() > 2.0f32.powi(30)) {
+        if moved.iter().any(|p| !p.is_finite() || p.abs().max_element() > 2.0f32.powi(22)) {
             return None;
         }
-        let corners = moved.map(|p| (p / GRAIN).as_dvec3());
+        let corners = moved.map(|p| p.as_dvec3());
         Some(Self { corners, normal: (corners[1] - corners[0]).cross(corners[2] - corners[0]) })
     }
 

@@ -58,7 +58,7 @@ pub(crate) fn kernel(gpu: &Gpu, scene: &GpuScene) -> Result<Kernel, KernelError>
             entry: "resolve",
             workgroup: [64, 1, 1],
             bindings: &bindings,
-            constants: &scene.mesh.layout.constants(),
+            constants: &scene.constants(),
         },
     )
 }

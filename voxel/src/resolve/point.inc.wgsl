@@ -4,7 +4,7 @@
 const VOXEL_LEAST_COVERAGE = 0.0333333;
 
 fn voxel_center(cell: vec3i) -> vec3f {
-    return grid.origin + grid.voxel_size * (vec3f(cell) + 0.5);
+    return grid.lattice + grid.voxel_size * (vec3f(grid.low + cell) + 0.5);
 }
 
 // The point of a triangle that is nearest to p, as weights of its second and third corner (Ericson 2005, 5.1.5: by the

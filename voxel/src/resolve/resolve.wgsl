@@ -40,6 +40,6 @@ fn resolve(@builtin(global_invocation_id) id: vec3u) {
     let bound = 127.0 * SURFACE_CONTOUR_STEP;
     let is_bent = ((in_bends[entry.x >> 5u] >> (entry.x & 31u)) & 1u) != 0u;
     s.contour = select(clamp(offset, -bound, bound), f32(SURFACE_CREASE_CODE) * SURFACE_CONTOUR_STEP, is_bent);
-    let p = vec3u(cell);
+    let p = vec3u(grid.low + cell);
     record_store(record, surface_pack_voxel(s, surface_hash(p.x + surface_hash(p.y + surface_hash(p.z)))));
 }

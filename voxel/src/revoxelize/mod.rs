@@ -42,6 +42,7 @@ use crate::structure::{Batch, Sums};
 use crate::{VoxelError, VoxelGrid, Voxelizer};
 use frame::Recorder;
 use frame::scene_gpu::{GpuMesh, GpuScene};
+use glam::IVec3;
 use rest::{Marked, Scratch};
 use std::ops::Range;
 
@@ -155,7 +156,8 @@ impl Voxelizer {
     ) -> Input<'a> {
         let triangles = mesh.static_triangle_count..mesh.triangle_count;
         let (uniform, target, cover) = (&grid.uniform, &rest.target, self.cover());
-        Input { stage: STAGE, scene, mesh, triangles, uniform, target, cover, bend: self.bend() }
+        let (bend, kept) = (self.bend(), [IVec3::ZERO; 2]);
+        Input { stage: STAGE, scene, mesh, triangles, uniform, target, cover, bend, kept }
     }
 
     /// Winners and records of a run of slots of the second pool.

@@ -2,14 +2,14 @@
 // formulas: mod.rs beside this file. v is unit, in the tangent frame, above the surface.
 
 const BRDF_ROUGHNESSES = 16u;
-const BRDF_HEIGHTS = 24u;
+const BRDF_HEIGHTS = 28u;
 const BRDF_MEAN_ROUGHNESSES = 46u;
-const BRDF_MEANS_AT = 3264u; // elements before the means
+const BRDF_MEANS_AT = 3808u; // elements before the means
 const BRDF_LEAST_ROUGHNESS = 0.031622777; // of alpha 1e-3
 
 // A node is one element: E and m at three azimuths, j at two; behind all nodes the means of
 // 1 - E (its fourth root) and B, four pairs to an element.
-@group(1) @binding(14) var<uniform> brdf_table: array<vec4u, 3535>;
+@group(1) @binding(14) var<uniform> brdf_table: array<vec4u, 4079>;
 
 // Of two roughnesses, whichever comes first.
 fn brdf_table_pair(first: u32, second: u32) -> u32 {

@@ -6,7 +6,7 @@
 //! reflectance is `F0 (E - B) + F90 B` (Karis 2013); what is put back is Kulla and Conty's (2017) lobe
 //! `F_ms (1 - E(wo)) (1 - E(wi)) / (pi (1 - mean E))`, `F_ms = F^2 mean E / (1 - F (1 - mean E))`, F the mean Fresnel.
 //!
-//! The table has 16 roughnesses along each axis (linear, from the least rough lobe to 1; one of two mirror images), 24
+//! The table has 16 roughnesses along each axis (linear, from the least rough lobe to 1; one of two mirror images), 28
 //! heights and 3 azimuths of v. Height and azimuth are those of v in the space where the facets' distribution is a
 //! half ball, `w = normalize(alpha v.xy, v.z)`: there E hardly changes with the alphas, so that both are interpolated
 //! linearly, w.z by `2/pi asin(sqrt(w.z))`. Along the azimuth the three values are a parabola in `cos 2 phi`. B is held as
@@ -16,7 +16,8 @@
 //! Measured between the nodes (`tests.rs`): E to 0.004; B to 0.005 for nine surfaces of ten, at worst 0.03, for hair-fine
 //! scratches (alphas 0.001 and 1) seen within 5 degrees of the plane.
 //!
-//! The numbers come as a file made by the test `integrate`; shaders read it from a uniform (57 KB).
+//! The numbers come as a file made by the test `integrate`: exact at the nodes, then moved so that what lies between is
+//! nearest to the integral. Shaders read them from a uniform (65,264 bytes of the 65,536 that all adapters have).
 
 #[cfg(test)]
 pub(super) mod integrate;
@@ -32,7 +33,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Roughnesses along either axis.
 pub(super) const ROUGHNESSES: usize = 16;
 /// Heights of v.
-pub(super) const HEIGHTS: usize = 24;
+pub(super) const HEIGHTS: usize = 28;
 /// Pairs of roughnesses, the smoother one first.
 pub(super) const PAIRS: usize = ROUGHNESSES * (ROUGHNESSES + 1) / 2;
 /// Roughnesses along either axis for which means are kept: three to a step, for E's own bends between nodes show in them.
@@ -87,10 +88,72 @@ fn pair(first: usize, second: usize) -> (usize, bool) {
     (high * (high + 1) / 2 + low, first > second)
 }
 
+/// A node's part in what lies between.
+#[derive(Clone, Copy)]
+struct Part {
+    /// Its first value.
+    at: usize,
+    weight: f64,
+    /// `cos 2 phi`, turned with the pair.
+    double: f64,
+}
+
+impl Part {
+    /// Of E, m and j.
+    fn read(&self, value: impl Fn(usize) -> f64) -> [f64; 3] {
+        let sum = |of: &[f64], first: usize| {
+            let values = of.iter().enumerate().map(|(i, share)| share * value(self.at + first + i));
+            self.weight * values.sum::<f64>()
+        };
+        let (parabola, line) = (self.parabola(), self.line());
+        [sum(&parabola, 0), sum(&parabola, 3), sum(&line, 6)]
+    }
+
+    fn parabola(&self) -> [f64; 3] {
+        let c = self.double;
+        [0.5 * c * (c - 1.0), 1.0 - c * c, 0.5 * c * (c + 1.0)]
+    }
+
+    fn line(&self) -> [f64; 2] {
+        [0.5 * (1.0 - self.double), 0.5 * (1.0 + self.double)]
+    }
+}
+
+/// The nodes around a direction and a pair of alphas.
+struct Around {
+    parts: [Part; 8],
+    /// Length of v where facets are a half ball.
+    span: f64,
+}
+
+impl Around {
+    fn new(v: DVec3, alpha: DVec2) -> Self {
+        let stretched = (alpha * v.truncate()).extend(v.z);
+        let w = stretched.normalize();
+        let across = w.truncate().length_squared();
+        let double = if across > 1e-12 { (w.x * w.x - w.y * w.y) / across } else { 0.0 };
+        let height = Between::new(w.z.sqrt().min(1.0).asin() / FRAC_PI_2, HEIGHTS).both();
+        let [along, other] = [alpha.x, alpha.y].map(|a| Between::new(place(a), ROUGHNESSES).both());
+        let parts = std::array::from_fn(|i| {
+            let ((first, x), (second, y), (row, z)) = (along[i & 1], other[i >> 1 & 1], height[i >> 2]);
+            let (pair, is_turned) = pair(first, second);
+            let double = if is_turned { -double } else { double };
+            Part { at: (pair * HEIGHTS + row) * NODE, weight: x * y * z, double }
+        });
+        Self { parts, span: stretched.length() }
+    }
+
+    /// E and B of E, m and j.
+    fn both(&self, [e, mean, spread]: [f64; 3]) -> [f64; 2] {
+        let j = if spread.abs() < 1e-3 { 1e-3 } else { spread };
+        [e, e * (1.0 + 5.0 * j * mean * self.span).max(1e-9).powf(-1.0 / j).min(1.0)]
+    }
+}
+
 impl BrdfTable {
     /// Reads the file that the program carries.
     pub fn new() -> Self {
-        let bytes: &[u8; 2 * VALUES] = include_bytes!("table.bin");
+        let bytes: &[u8] = include_bytes!("table.bin");
         Self { values: bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]])).collect() }
     }
 
@@ -108,30 +171,14 @@ impl BrdfTable {
 
     /// E and B for `v`, in the tangent frame and above the surface; as `brdf_energy`.
     pub fn energy(&self, v: DVec3, alpha: DVec2) -> [f64; 2] {
-        let stretched = (alpha * v.truncate()).extend(v.z);
-        let w = stretched.normalize();
-        let across = w.truncate().length_squared();
-        let double = if across > 1e-12 { (w.x * w.x - w.y * w.y) / across } else { 0.0 };
-        let height = Between::new(w.z.sqrt().min(1.0).asin() / FRAC_PI_2, HEIGHTS);
-        let [along, other] = [alpha.x, alpha.y].map(|a| Between::new(place(a), ROUGHNESSES).both());
+        let around = Around::new(v, alpha);
         let mut sum = [0.0; 3];
-        for ((first, x), (second, y)) in along.iter().flat_map(|a| other.iter().map(move |b| (*a, *b))) {
-            let (pair, is_turned) = pair(first, second);
-            let c = if is_turned { -double } else { double };
-            let parabola = [0.5 * c * (c - 1.0), 1.0 - c * c, 0.5 * c * (c + 1.0)];
-            for (row, z) in height.both() {
-                let at = |i: usize| self.values[(pair * HEIGHTS + row) * NODE + i].to_f64();
-                let weight = x * y * z;
-                let along_azimuth = |first: usize| (0..3).map(|i| parabola[i] * at(first + i)).sum::<f64>();
-                sum[0] += weight * along_azimuth(0);
-                sum[1] += weight * along_azimuth(3);
-                sum[2] += weight * (at(6) + 0.5 * (c + 1.0) * (at(7) - at(6)));
+        for part in &around.parts {
+            for (sum, found) in sum.iter_mut().zip(part.read(|i| self.values[i].to_f64())) {
+                *sum += found;
             }
         }
-        let [e, mean, spread] = sum;
-        let cosine = mean * stretched.length();
-        let j = if spread.abs() < 1e-3 { 1e-3 } else { spread };
-        [e, e * (1.0 + 5.0 * j * cosine).max(1e-9).powf(-1.0 / j).min(1.0)]
+        around.both(sum)
     }
 
     /// Means of E and B over the hemisphere, by the cosine; as `brdf_energy_mean`.

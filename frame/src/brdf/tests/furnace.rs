@@ -60,9 +60,8 @@ fn worst(make: impl Fn(f64, f64) -> Surface, inside: bool, n: u32) -> [(f64, Str
 fn white_metal_is_white_for_every_pair_of_roughnesses() {
     let [(error, place), _] = worst(|t, b| Surface { metalness: 1.0, ..of_roughness(t, b) }, false, 16);
     println!("white metal: {place}");
-    // The table's error between its nodes: 0.0065 at one pair seen edge-on, where it should be 0.005; 36,000 strata leave
-    // less than 0.001.
-    assert!(error < 0.0075, "{place}");
+    // What is asked for: 0.004 is the table's own between its nodes; 36,000 strata leave less than 0.001.
+    assert!(error < 0.005, "{place}");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 // Radiance kept in the voxels: reading it, and offering to renew it. See mod.rs.
 
-// Of record r: words 10 r + 4 side hold (slow r, g), (slow b, spread), (fast r, g), (fast b, samples) as half floats;
-// words 10 r + 8 + side hold the key of the path that renews the side.
+// Of record r: words 10 r + 4 side hold (slow r, g), (slow b, spread), (fast r, g), fast b as half floats, and in eight bits
+// each the number of samples and the region's epoch; words 10 r + 8 + side hold the key of the path that renews the side.
+// At the end the regions: blocks of cells whose light is watched together.
 @group(1) @binding(34) var<storage, read_write> cache: array<atomic<u32>>;
 
 const CACHE_WORDS = 10u;
@@ -12,6 +13,27 @@ const CACHE_KEYS = 8u;
 const CACHE_PLANE = 3u;
 const CACHE_NEGATIVE = 4u;
 const CACHE_CUBE = 8u;
+
+// Above these bits, the region. CACHE_REGIONS of 8 words each.
+const CACHE_REGION_SHIFT = 4u;
+const CACHE_REGIONS = 4096u;
+const CACHE_REGION_WORDS = 8u;
+// Cells along a region's side, as a power of 2.
+const CACHE_REGION_CELLS = 4u;
+// Words of a region: this frame's sums in fixed point, those of the frames before as floats, and what its sides compare.
+const REGION_SUM = 0u;
+const REGION_SQUARES = 1u;
+const REGION_SAMPLES = 2u;
+const REGION_KEPT_SUMS = 3u;
+const REGION_EPOCH = 6u;
+
+fn cache_region_at(entry: u32) -> u32 {
+    return arrayLength(&cache) - CACHE_REGION_WORDS * (CACHE_REGIONS - (entry >> CACHE_REGION_SHIFT));
+}
+
+fn cache_samples(word_3: u32) -> u32 {
+    return (word_3 >> 16u) & 0xffu;
+}
 
 fn cache_slot(hit: Hit) -> u32 {
     return 2u * hit.record + select(1u, 0u, hit.front);
@@ -35,8 +57,7 @@ fn cache_read(hit: Hit) -> vec4f {
     let at = cache_values(cache_slot(hit));
     let rg = unpack2x16float(atomicLoad(&cache[at]));
     let b = unpack2x16float(atomicLoad(&cache[at + 1u]));
-    let samples = unpack2x16float(atomicLoad(&cache[at + 3u])).y;
-    return vec4f(rg, b.x, samples);
+    return vec4f(rg, b.x, f32(cache_samples(atomicLoad(&cache[at + 3u]))));
 }
 
 // A path that ended here offers to renew the side.
@@ -51,8 +72,9 @@ fn cache_offer(path: ptr<function, Path>, hit: Hit, point: vec3f, pixel: vec2u) 
     let axis = select(select(2u, 1u, abs(hit.entry.y) > 0.5), 0u, abs(hit.entry.x) > 0.5);
     (*path).feed_entry = select(CACHE_PLANE, axis, hit.at_face)
         | select(0u, CACHE_NEGATIVE, hit.entry.x + hit.entry.y + hit.entry.z < 0.0)
-        | select(0u, CACHE_CUBE, all(hit.entry == hit.face));
-    // Just inside, so that it names the cell.
-    (*path).origin = hit_pass(point, hit, (*path).direction);
+        | select(0u, CACHE_CUBE, all(hit.entry == hit.face))
+        | ((noise_pcg4d(vec4u(vec3u(hit.cell) >> vec3u(CACHE_REGION_CELLS), 0x72656769u)).x % CACHE_REGIONS) << CACHE_REGION_SHIFT);
+    // Of a face just inside, so that it names the cell.
+    (*path).origin = select(point, hit_pass(point, hit, (*path).direction), hit.at_face);
     path_leaves(path, hit.own);
 }

@@ -1,8 +1,5 @@
 // The first vertex of a path that renews a voxel's side: light samples, and one diffuse direction. See mod.rs.
 
-// Blocks of random numbers that no other vertex uses.
-const FEED_BLOCK = 0x18000000u;
-
 fn feed_start(path: ptr<function, Path>, slot: u32, pixel: vec2u) -> vec3f {
     var surface = path_surface(surface_unpack_voxel(record_words(slot >> 1u)));
     if ((slot & 1u) == 1u) {
@@ -33,17 +30,17 @@ fn feed_start(path: ptr<function, Path>, slot: u32, pixel: vec2u) -> vec3f {
 
     var found = vec3f(0.0);
     if (path_lights && params.lights > 0u) {
-        let v = noise_at(pixel, serial, FEED_BLOCK + 1u);
+        let v = noise_at(pixel, serial, PATH_FEED_BLOCK + 1u);
         let sample = light_sample(0u, params.lights, point, v.xy);
         found += path_light(surface, wo, hit.face, sample, hit_leave(point, hit, sample.wi), hit.own, 1.0, false).diffuse;
     }
     if (path_areas && params.has_areas != 0u) {
         let origin = hit_leave(point, hit, hit.face);
-        let sample = path_area_sample(origin, hit.own, pixel, serial, FEED_BLOCK);
+        let sample = path_area_sample(origin, hit.own, pixel, serial, PATH_FEED_BLOCK);
         found += path_light(surface, wo, hit.face, sample, origin, hit.own, 1.0, false).diffuse;
     }
     let over_view = 1.0 / max(brdf_view(surface), 1e-3);
-    let scatter = path_scatter(surface, wo, hit.face, false, vec3f(noise_at(pixel, serial, FEED_BLOCK + 2u).xy, 0.0), false);
+    let scatter = path_scatter(surface, wo, hit.face, false, vec3f(noise_at(pixel, serial, PATH_FEED_BLOCK + 2u).xy, 0.0), false);
     (*path).throughput = scatter.weight * over_view;
     (*path).direction = scatter.wi;
     (*path).pdf = scatter.pdf;

@@ -13,12 +13,18 @@
 //! a value is followed explicitly by half of its paths, at twice their weight; the other half feed it.
 //!
 //! Each side keeps two means and the spread of its samples. The fast mean has a memory of 8 samples, the slow one, which
-//! is read, of up to 32. When they are apart by more than two of the fast one's standard errors, the light has changed:
-//! the slow mean becomes the fast one, and counts as four samples.
+//! is read, of up to 64. When they are apart by more than two of the fast one's standard errors, the light has changed:
+//! the slow mean becomes the fast one, and counts as three samples. One side's samples are too noisy to show a change of
+//! less than half soon. So blocks of 16^3 cells, the regions, watch how far the samples of all their sides are from what
+//! was expected: where the mean deviation of about the last four frames is beyond four of its standard errors and 5 % of
+//! the light, the region enters another epoch, and each of its sides starts anew when it next gets a sample.
 //!
-//! Deterministic: which path feeds a side is decided by the largest of their keys, and results are stored when all have
-//! read. An entry is the voxel's record's: 40 bytes, 32 of values in half floats, rounded by chance so that small steps
-//! count, and one key per side.
+//! Unbiased from the first frame on but for what follows: a path that feeds goes on through sides without a value as
+//! others do, by random numbers of its own, until it meets one that has it.
+//!
+//! Deterministic: which path feeds a side is decided by the largest of their keys, results are stored when all have read,
+//! and regions sum in integers. An entry is the voxel's record's: 40 bytes, 32 of values in half floats, rounded by chance
+//! so that small steps count, and one key per side. Regions are 128 KiB, found by a hash of their place.
 //!
 //! Where things move, a record's number may name another voxel in the next frame: its first samples then find the light
 //! changed. What stands still keeps its number.
@@ -41,13 +47,20 @@ pub(super) const BIND: Bind = Bind::storage(1, 34, "cache");
 
 /// Of a record: both sides' values, both sides' keys.
 const ENTRY_BYTES: u64 = 40;
+/// Behind the entries, `CACHE_REGIONS` of `CACHE_REGION_WORDS`.
+const REGIONS: u32 = 4096;
+const REGIONS_BYTES: u64 = 32 * REGIONS as u64;
+/// Workgroups of 64 that look at the regions.
+pub(super) const REGION_GROUPS: [u32; 3] = [REGIONS / 64, 1, 1];
 /// Paths of the first sample that may feed, per sample of the frame. A path costs at least the rays that feeding costs, so
 /// that feeding takes at most this over one more than this of all rays: a fifth.
 pub(super) const FEED_SHARE: f32 = 0.25;
-/// Most segments of a path that feeds: it ends at the first diffuse voxel that has a value.
-pub(super) const FEED_SEGMENTS: u32 = 4;
+/// Most segments of a path that feeds: it ends at the first diffuse voxel that has a value, but glass may come first.
+pub(super) const FEED_SEGMENTS: u32 = 12;
 /// Most scatterings of the light that is fed: the path's own, which has two behind it.
 pub(super) const FEED_BOUNCES: u32 = 2 + FEED_SEGMENTS;
+/// Least limit of scatterings of paths that read: they end at the first diffuse voxel, but mirrors and glass may come first.
+pub(super) const BOUNCES: u32 = 8;
 
 /// The entries of one grid, all without a value.
 pub struct RadianceCache {
@@ -61,20 +74,17 @@ impl RadianceCache {
     /// Out of memory, or more records than a binding holds entries of.
     pub fn new(gpu: &Gpu, grid: &VoxelGrid) -> Result<Self, GpuError> {
         let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-        let records = grid.records.bytes() / grid.record.bytes();
-        Ok(Self {
-            entries: gpu.buffer(Room::Radiance, "RadianceCache", ENTRY_BYTES * records.max(1), usage)?,
-        })
+        Ok(Self { entries: gpu.buffer(Room::Radiance, "RadianceCache", bytes_for(grid), usage)? })
     }
 
     /// Whether it has an entry for each of a grid's records.
     pub fn is_for(&self, grid: &VoxelGrid) -> bool {
-        self.entries.bytes() == ENTRY_BYTES * (grid.records.bytes() / grid.record.bytes()).max(1)
+        self.entries.bytes() == bytes_for(grid)
     }
 
     /// Forgets the light of all records from this one on: they are other voxels now.
     pub fn forget_from(&self, recorder: &mut Recorder<'_>, record: u32) {
-        let words = self.entries.bytes() / 4;
+        let words = (self.entries.bytes() - REGIONS_BYTES) / 4;
         recorder.clear_words(&self.entries, (ENTRY_BYTES / 4 * u64::from(record)).min(words)..words);
     }
 
@@ -82,6 +92,10 @@ impl RadianceCache {
     pub fn bytes(&self) -> u64 {
         self.entries.bytes()
     }
+}
+
+fn bytes_for(grid: &VoxelGrid) -> u64 {
+    ENTRY_BYTES * (grid.records.bytes() / grid.record.bytes()).max(1) + REGIONS_BYTES
 }
 
 /// Whether paths through this structure can have a cache.

@@ -1,6 +1,6 @@
 //! Radiance kept in the voxels: what it costs, how right it is, how late, how quiet.
 
-use super::fixture::{Fixture, Traced};
+use super::fixture::{Fixture, Model, Traced, at, cells};
 use super::twin::{fixture, room};
 use crate::path::reference::Texel;
 use crate::path::{PathBuild, PathSettings};
@@ -16,17 +16,33 @@ fn cached(spp: u32) -> PathSettings {
 }
 
 /// A closed room whose lamp is the only light.
-fn lit() -> (Fixture, CpuVoxels, Image<Texel>) {
+fn lit(contours: u32) -> (Fixture, CpuVoxels, Image<Texel>) {
     let mut fixture = fixture(Sky::Constant(Vec3::ZERO), None, &[]);
     fixture.frame.trace_size = [48, 32];
-    let voxels = room().build();
+    let mut voxels = room().build();
+    voxels.grid.grid.contours = contours;
+    let texels = fixture.gbuffer(&voxels);
+    (fixture, voxels, texels)
+}
+
+/// A small one, nothing in it: nearly all of its voxels are renewed in each frame.
+fn small() -> (Fixture, CpuVoxels, Image<Texel>) {
+    let (eye, target) = (at(9.0, 7.0, 10.5), at(5.0, 3.0, 3.0));
+    let fixture = Fixture::new(Sky::Constant(Vec3::ZERO), None, &[], eye, target);
+    let mut model = Model::new(12);
+    model.room(|_| Surface { base: Vec3::splat(0.6), ..Surface::default() });
+    let lamp = Surface { normal: Vec3::NEG_Y, emission: Vec3::splat(8.0), ..Surface::default() };
+    for cell in cells([4, 11, 4], [8, 12, 8]) {
+        model.set(cell, &lamp);
+    }
+    let voxels = model.build();
     let texels = fixture.gbuffer(&voxels);
     (fixture, voxels, texels)
 }
 
 /// The same with the lamp's light times `factor`: places and numbers of the records stay.
-fn dimmed(factor: f32) -> CpuVoxels {
-    let mut voxels = room().build();
+fn dimmed(voxels: &CpuVoxels, factor: f32) -> CpuVoxels {
+    let mut voxels = voxels.clone();
     for record in &mut voxels.records {
         let surface = Surface::unpack_voxel(*record);
         if surface.emission != Vec3::ZERO {
@@ -57,14 +73,24 @@ fn kept(fixture: &Fixture) -> Vec<[f32; 2]> {
     let words: Vec<u32> = fixture.gpu.read_buffer(&cache.as_ref().unwrap().entries).unwrap();
     let half =
         |word: u32, high: bool| half::f16::from_bits((word >> if high { 16 } else { 0 }) as u16).to_f32();
-    let side = |entry: &[u32], side: usize| [half(entry[4 * side], true), half(entry[4 * side + 3], true)];
-    words.chunks_exact(10).flat_map(|entry| [side(entry, 0), side(entry, 1)]).collect()
+    let samples = |word: u32| (word >> 16 & 0xff) as f32;
+    let side = |entry: &[u32], side: usize| [half(entry[4 * side], true), samples(entry[4 * side + 3])];
+    let regions = 8 * 4096;
+    words[..words.len() - regions]
+        .chunks_exact(10)
+        .flat_map(|entry| [side(entry, 0), side(entry, 1)])
+        .collect()
 }
 
 #[test]
-#[ignore = "the cache loses 18 % of this room's light: not right yet, and off by default"]
 fn it_has_all_bounces_and_costs_a_quarter_of_the_rays_at_most() {
-    let (mut fixture, voxels, texels) = lit();
+    for contours in [0, 1] {
+        all_bounces(contours);
+    }
+}
+
+fn all_bounces(contours: u32) {
+    let (mut fixture, voxels, texels) = lit(contours);
     let explicit = PathSettings { spp: 4, bounces: None, ..PathSettings::default() };
     let truth: Vec<f64> =
         (0..24).map(|_| next(&mut fixture, &voxels, &texels, &explicit).mean(0).0).collect();
@@ -81,7 +107,7 @@ fn it_has_all_bounces_and_costs_a_quarter_of_the_rays_at_most() {
     }
     let ((found, error), (truth, truth_error)) = (mean(&found), mean(&truth));
     println!(
-        "cached {found} +- {error}, explicit {truth} +- {truth_error}: {:+.2} %",
+        "contours {contours}: cached {found} +- {error}, explicit {truth} +- {truth_error}: {:+.2} %",
         100.0 * (found / truth - 1.0)
     );
     // The bias that is allowed, and three standard errors.
@@ -92,31 +118,28 @@ fn it_has_all_bounces_and_costs_a_quarter_of_the_rays_at_most() {
 }
 
 #[test]
-#[ignore = "as above, in the first frame 33 %"]
-fn the_first_frame_alone_is_unbiased_but_for_what_it_keeps() {
-    let (mut fixture, voxels, texels) = lit();
+fn the_first_frame_alone_is_unbiased() {
+    let (mut fixture, voxels, texels) = lit(0);
     let explicit = PathSettings { spp: 8, bounces: None, ..PathSettings::default() };
     let truth: Vec<f64> = (0..8).map(|_| next(&mut fixture, &voxels, &texels, &explicit).mean(0).0).collect();
     let first = |seed: u32| {
-        let (mut fixture, voxels, texels) = lit();
+        let (mut fixture, voxels, texels) = lit(0);
         fixture.frame.seed = seed;
         next(&mut fixture, &voxels, &texels, &cached(8)).mean(0).0
     };
     let found: Vec<f64> = (1..5).map(first).collect();
     let ((found, error), (truth, truth_error)) = (mean(&found), mean(&truth));
     println!("first frame {found} +- {error}, explicit {truth} +- {truth_error}");
-    // What is kept in the first frame has two or three bounces of the light.
     assert!(
-        (found / truth - 1.0).abs() < 0.12 + 3.0 * error.hypot(truth_error) / truth,
+        (found / truth - 1.0).abs() < 0.02 + 3.0 * error.hypot(truth_error) / truth,
         "{found} for {truth}"
     );
 }
 
 #[test]
-#[ignore = "0.105 instead of 0.1, and minutes long"]
 fn a_lamp_that_changes_shows_at_once_and_one_that_does_not_is_quiet() {
-    let (mut fixture, bright, texels) = lit();
-    let dark = dimmed(0.25);
+    let (mut fixture, bright, texels) = small();
+    let dark = dimmed(&bright, 0.25);
     for _ in 0..60 {
         next(&mut fixture, &bright, &texels, &cached(4));
     }
@@ -175,7 +198,7 @@ fn a_lamp_that_changes_shows_at_once_and_one_that_does_not_is_quiet() {
 #[test]
 fn a_sequence_has_the_same_bits_each_time() {
     let run = || {
-        let (mut fixture, voxels, texels) = lit();
+        let (mut fixture, voxels, texels) = lit(0);
         (0..4).map(|_| next(&mut fixture, &voxels, &texels, &cached(2)).bits).collect::<Vec<_>>()
     };
     assert!(run() == run());

@@ -95,7 +95,8 @@ impl Model {
     }
 
     pub fn build(&self) -> CpuVoxels {
-        let layout = Layout { origin: ORIGIN, voxel_size: VOXEL, cells: [self.size as u32; 3] };
+        let layout =
+            Layout { origin: ORIGIN, voxel_size: VOXEL, cells: [self.size as u32; 3], low: IVec3::ZERO };
         let grid = CpuGrid::new(&layout, self.records.keys().map(|c| IVec3::from(*c)));
         let mut records = vec![[0; 4]; grid.voxel_count as usize];
         for (cell, record) in &self.records {
@@ -282,6 +283,7 @@ impl Fixture {
             records: gpu.storage(Room::Voxels, "records", &voxels.records).unwrap(),
             uniform: gpu.buffer(Room::Voxels, "uniform", size_of_val(grid) as u64, usage).unwrap(),
             record: RecordLayout::FULL,
+            levels: 1,
             contours: grid.contours != 0,
             voxel_count: voxels.grid.voxel_count,
             brick_count: 0,
@@ -353,7 +355,8 @@ fn glowing(voxels: &CpuVoxels) -> Vec<Glowing> {
         let record = voxels.grid.record(cell)?;
         let emission = Surface::unpack_voxel(voxels.records[record as usize]).emission;
         let luminance = frame::cpu::luminance(emission.to_array());
-        (luminance > 0.0).then_some(Glowing { cell: cell.to_array().map(|c| c as u32), luminance })
+        let cell = cell.to_array().map(|c| c as u32);
+        (luminance > 0.0).then_some(Glowing { cell, level: 0, face_share: 1.0, luminance })
     };
     cells([0; 3], size).filter_map(luminance).collect()
 }

@@ -71,7 +71,8 @@ fn an_opaque_diffuse_scene_pays_for_no_more_and_looks_the_same() {
     let (mut scene, _) = GpuScene::new(&gpu, &source, source.rest(), &SceneOptions::default()).unwrap();
     let layout = RecordLayout::of(&scene.needs);
     // What reads the rest is not among the kernel's sources.
-    let (lean_sources, full_sources) = (structure(layout).sources, structure(RecordLayout::FULL).sources);
+    let (lean_sources, full_sources) =
+        (structure(layout, false).sources, structure(RecordLayout::FULL, false).sources);
     let is_read = |sources: &[&str], what: &str| sources.iter().any(|s| s.contains(what));
     assert!(is_read(&full_sources, "array<vec4u>") && !is_read(&lean_sources, "array<vec4u>"));
     assert!(!is_read(&lean_sources, "index + RECORD_LIGHT_AT"));

@@ -5,18 +5,22 @@
 //! allocated exactly; keys and lists are given back at the end. Where something moves, this is the way of what stands
 //! still, and [`crate::revoxelize`] adds the rest frame by frame.
 
-use crate::bend::{BEND_WORDS, Bend};
+mod knobs;
+
+use crate::bend::BEND_WORDS;
+use crate::cascades::Merger;
 use crate::cover::{Finders, Found};
 use crate::emitters::{Counted, Emitters, Factors};
 use crate::grid::{BRICK_CELLS, Layout};
-use crate::raster::{Axes, Input, MOST_TRIANGLES, Raster, Rounds};
+use crate::raster::{Input, MOST_TRIANGLES, Raster, Rounds};
 use crate::record::RecordLayout;
 use crate::resolve::{self, ResolveParams};
 use crate::revoxelize::{Rest, Revoxelizer};
 use crate::structure::{Batch, Structure, Sums, rows};
 use crate::{Cover, Grid, VoxelError, VoxelGrid};
 use frame::scene_gpu::{GpuMesh, GpuScene};
-use frame::{Buffer, FrameLog, Gpu, GpuError, Kernel, Knob, Recorder, Room};
+use frame::{Buffer, FrameLog, Gpu, GpuError, Kernel, Recorder, Room};
+use glam::IVec3;
 use scene::Aabb;
 use std::ops::Range;
 use wgpu::BufferUsages;
@@ -32,12 +36,15 @@ pub struct Voxelizer {
     pub(crate) resolve: Kernel,
     /// Made when something moves.
     pub(crate) revoxelizer: Option<Revoxelizer>,
+    /// Made when a level of [`crate::cascades`] moves.
+    pub(crate) merger: Option<Merger>,
     elevation: u32,
     voxelizer: u32,
     cover: u32,
     axes: u32,
     contours: u32,
     rebuild: u32,
+    pub(crate) cascades: u32,
     /// Bricks whose keys are held at a time.
     pub(crate) slots_per_batch: u32,
 }
@@ -56,17 +63,50 @@ struct Build<'a> {
     keeps: bool,
 }
 
+/// What is to be built.
+pub(crate) struct Order<'a> {
+    pub(crate) scene: &'a GpuScene,
+    pub(crate) mesh: &'a GpuMesh,
+    /// Of the mesh.
+    pub(crate) triangles: Range<u32>,
+    pub(crate) layout: Layout,
+    /// Whether the winner of each voxel is kept.
+    pub(crate) keeps: bool,
+    /// Bricks that are left out: the first, and one behind the last.
+    pub(crate) kept: [IVec3; 2],
+    /// Emitters, where they are counted already.
+    pub(crate) counted: Option<Vec<Counted>>,
+}
+
+impl<'a> Order<'a> {
+    /// A grid around bounds.
+    ///
+    /// # Errors
+    /// A grid or bounds that cannot be.
+    pub(crate) fn of(
+        gpu: &Gpu,
+        scene: &'a GpuScene,
+        mesh: &'a GpuMesh,
+        bounds: Aabb,
+        grid: u32,
+    ) -> Result<Self, VoxelError> {
+        let layout = Layout::fit(bounds, grid, gpu.device.limits().max_texture_dimension_2d)?;
+        let triangles = 0..mesh.triangle_count;
+        Ok(Self { scene, mesh, triangles, layout, keeps: false, kept: [IVec3::ZERO; 2], counted: None })
+    }
+}
+
 /// What a build leaves.
-struct Built {
-    grid: VoxelGrid,
+pub(crate) struct Built {
+    pub(crate) grid: VoxelGrid,
     layout: Layout,
     /// Per record the key of its winner; empty unless they are kept.
     kept: Buffer,
     /// Its bends; empty unless they are kept.
     bends: Buffer,
-    counted: Vec<Counted>,
+    pub(crate) counted: Vec<Counted>,
     factors: Option<Factors>,
-    log: FrameLog,
+    pub(crate) log: FrameLog,
 }
 
 /// A batch's part of what is joined at the end.
@@ -79,7 +119,7 @@ struct Part {
 }
 
 impl Voxelizer {
-    /// Builds all kernels for scenes whose vertices are laid out as this one's.
+    /// Builds all kernels for scenes whose vertices are laid out as this one's and whose textures are in the same arrays.
     ///
     /// # Errors
     /// The driver refuses a kernel.
@@ -90,100 +130,21 @@ impl Voxelizer {
             emitters: Emitters::new(gpu, RecordLayout::of(&scene.needs))?,
             resolve: resolve::kernel(gpu, scene)?,
             revoxelizer: None,
+            merger: None,
             elevation: 0,
             voxelizer: 0,
             cover: 0,
             axes: 0,
             contours: 0,
             rebuild: 0,
+            cascades: 1,
             slots_per_batch: MOST_SLOTS,
         })
     }
 
-    /// Settings.
-    pub fn knobs(&mut self) -> Vec<Knob<'_>> {
-        vec![
-            Knob::choice(
-                "elevation",
-                &mut self.elevation,
-                &["normal", "voxel"],
-                "How far above a surface paths start. `normal`: (|n|_1 + |n|_inf) / 2 voxels along the face normal n, \
-                 the least that clears the surface's own voxels (1 to 1.23; derived). `voxel`: one voxel, as the paper \
-                 says; 1.25 % of starts then lie inside their own surface.",
-            ),
-            Knob::choice(
-                "voxelizer",
-                &mut self.voxelizer,
-                &["raster", "compute"],
-                "Who finds the cells of a triangle. `raster`: the rasterizer, as in the paper. `compute`: tests of boxes \
-                 against triangles, binned to bricks.",
-            ),
-            Knob::choice(
-                "cover",
-                &mut self.cover,
-                &["auto", "thin", "conservative"],
-                "Which cells those are. `thin`: enough to stop a ray. `conservative`: all that a triangle passes, 1.8 \
-                 times as many. `auto`: conservative with contours, thin without.",
-            ),
-            Knob::choice(
-                "contours",
-                &mut self.contours,
-                &["off", "on"],
-                "What a ray meets of a voxel. `off`: its cube. `on`: the plane of its surface (Laine and Karras 2010), \
-                 which needs conservative voxels of the rasterizer; normal maps are left out.",
-            ),
-            Knob::choice(
-                "axes",
-                &mut self.axes,
-                &["all", "dominant"],
-                "Axes that triangles are projected along. `all` closes closed surfaces and draws three times as many \
-                 triangles. `dominant` is the paper's; some 0.4 % of rays leave a sphere of radius 44 voxels (measured).",
-            ),
-            Knob::choice(
-                "rebuild",
-                &mut self.rebuild,
-                &["moving", "all"],
-                "What of the grid is made anew when something moves. `moving`: the bricks that moving triangles touch, or \
-                 touched in the frame before. `all`: every brick; the voxels are the same, the time is not.",
-            ),
-        ]
-    }
-
     /// Whether a grid of this mesh is to keep what stands still apart from what moves.
     pub fn follows(&self, mesh: &GpuMesh) -> bool {
-        self.rebuild == 0 && mesh.static_triangle_count < mesh.triangle_count
-    }
-
-    pub(crate) fn cover(&self) -> Cover {
-        match (self.voxelizer, self.is_conservative(), self.axes) {
-            (0, false, 0) => Cover::Columns(Axes::All),
-            (0, false, _) => Cover::Columns(Axes::Dominant),
-            (0, true, _) => Cover::Boxes,
-            (_, false, _) => Cover::Thin,
-            (_, true, _) => Cover::Conservative,
-        }
-    }
-
-    fn is_conservative(&self) -> bool {
-        self.cover == 2 || (self.cover == 0 && self.contours == 1)
-    }
-
-    pub(crate) fn bend(&self) -> Bend {
-        Bend::of(self.contours == 1)
-    }
-
-    /// Hands settings that need no new voxels to a grid.
-    pub fn apply_knobs(&self, gpu: &Gpu, grid: &VoxelGrid) {
-        gpu.queue.write_buffer(
-            &grid.uniform,
-            std::mem::offset_of!(Grid, elevation) as u64,
-            bytemuck::bytes_of(&self.elevation()),
-        );
-    }
-
-    /// As shaders have it.
-    fn elevation(&self) -> u32 {
-        if self.elevation == 0 && self.is_conservative() { 2 } else { self.elevation }
+        self.rebuild == 0 && self.cascades == 1 && mesh.static_triangle_count < mesh.triangle_count
     }
 
     /// Voxelizes a mesh within bounds, `grid` cells on the longest axis. The log's counts are `voxels`, `bricks`,
@@ -199,7 +160,7 @@ impl Voxelizer {
         bounds: Aabb,
         grid: u32,
     ) -> Result<(VoxelGrid, FrameLog), VoxelError> {
-        let built = self.build(gpu, scene, mesh, bounds, grid, 0..mesh.triangle_count, false)?;
+        let built = self.build(gpu, Order::of(gpu, scene, mesh, bounds, grid)?)?;
         Ok((built.grid, built.log))
     }
 
@@ -218,27 +179,21 @@ impl Voxelizer {
         if self.revoxelizer.is_none() {
             self.revoxelizer = Some(Revoxelizer::new(gpu, scene)?);
         }
-        let built = self.build(gpu, scene, mesh, bounds, grid, 0..mesh.static_triangle_count, true)?;
+        let order = Order::of(gpu, scene, mesh, bounds, grid)?;
+        let triangles = 0..mesh.static_triangle_count;
+        let built = self.build(gpu, Order { triangles, keeps: true, ..order })?;
         let Built { grid, layout, kept, bends, counted, factors, log } = built;
         let rest = Rest::new(gpu, scene, &layout, mesh, &grid, [kept, bends], counted, factors)?;
         Ok((grid, rest, log))
     }
 
-    fn build(
-        &mut self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        mesh: &GpuMesh,
-        bounds: Aabb,
-        grid: u32,
-        of_mesh: Range<u32>,
-        keeps: bool,
-    ) -> Result<Built, VoxelError> {
+    /// One grid, whatever it is for.
+    pub(crate) fn build(&mut self, gpu: &Gpu, order: Order<'_>) -> Result<Built, VoxelError> {
+        let Order { scene, mesh, triangles: of_mesh, layout, keeps, kept, counted } = order;
         let triangles = u64::from(mesh.triangle_count);
         if triangles > MOST_TRIANGLES {
             return Err(VoxelError::Triangles { triangles, most: MOST_TRIANGLES });
         }
-        let layout = Layout::fit(bounds, grid, gpu.device.limits().max_texture_dimension_2d)?;
         // Marks and table have a word per brick cell: their number must be one.
         let brick_cells = u32::try_from(layout.brick_cells()).map_err(|_| GpuError::TooLarge {
             what: "VoxelGrid::structure".into(),
@@ -264,8 +219,11 @@ impl Voxelizer {
         let uniform = gpu.buffer(Room::Voxels, "VoxelGrid::uniform", size_of::<Grid>() as u64, usage)?;
         gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&shared));
         let target = Raster::target(gpu, layout.longest())?;
-        let stage = if self.voxelizer == 0 { "voxel/raster" } else { "voxel/compute" };
         let cover = self.cover();
+        let stage = match cover {
+            Cover::Columns(_) | Cover::Boxes => "voxel/raster",
+            Cover::Thin | Cover::Conservative => "voxel/compute",
+        };
         self.finders.prepare(gpu, scene, cover)?;
         let input = Input {
             stage,
@@ -276,6 +234,7 @@ impl Voxelizer {
             target: &target,
             cover,
             bend: self.bend(),
+            kept,
         };
 
         let mut recorder = Recorder::new(gpu);
@@ -290,9 +249,10 @@ impl Voxelizer {
 
         let slots = brick_count.min(self.slots_per_batch);
         // A plane shines as its triangle does.
-        let counted = match contours {
-            true => Vec::new(),
-            false => Emitters::count(gpu, scene, mesh, of_mesh, &layout, cover)?,
+        let counted = match (contours, counted) {
+            (true, _) => Vec::new(),
+            (false, Some(counted)) => counted,
+            (false, None) => Emitters::count(gpu, scene, mesh, of_mesh, &layout, cover)?,
         };
         let build = Build {
             factors: Emitters::factors(gpu, &counted)?,
@@ -338,6 +298,7 @@ impl Voxelizer {
             records: joined(gpu, "VoxelGrid::records", records, record.bytes())?,
             record,
             uniform,
+            levels: 1,
             contours,
             voxel_count,
             brick_count,
