@@ -2,7 +2,7 @@
 //!
 //! This crate assembles the street: [`settings`] say what is asked for, the pipeline runs one frame as one function
 //! over the stage crates, [`output`] writes what came out, [`input`] reads it back, [`metrics`] say how far it is from a
-//! [`mod@reference`], [`race`] how fast the structures are alone and [`defects`] what voxels get wrong, [`foreign`] filters what others rendered, [`compare`] does all of
+//! [`mod@reference`], [`race`] how fast the structures are alone and [`defects`] what voxels get wrong, [`suite`] what breaks renderers, [`foreign`] filters what others rendered, [`compare`] does all of
 //! it for every combination of stages and [`report`] tells what came of it. [`cli`] is
 //! the command line around it all.
 
@@ -21,6 +21,7 @@ pub mod reference;
 pub mod report;
 pub mod settings;
 pub mod stages;
+pub mod suite;
 mod world;
 
 pub use error::Error;

@@ -73,7 +73,9 @@ fn of_the_grid_against_a_bvh() {
         for ((way, _), times) in ways.iter().zip(&times) {
             let [wall, cpu] = of(times);
             let (by_wall, by_cpu) = (wall / bvh[0], cpu / bvh[1]);
-            println!("  {cells} cells, {way}: {wall:.2} s, {by_wall:.2} times; of all cores' seconds {by_cpu:.2}");
+            println!(
+                "  {cells} cells, {way}: {wall:.2} s, {by_wall:.2} times; of all cores' seconds {by_cpu:.2}"
+            );
         }
     }
 }

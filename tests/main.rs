@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+mod arithmetic;
 #[path = "report_browser.rs"]
 mod browser;
 mod build_time;
@@ -9,7 +10,10 @@ mod cli;
 mod compare;
 mod counts;
 mod denoise;
+mod dependencies;
 mod furnace;
+mod hard;
+mod machine;
 mod metrics;
 mod motion;
 mod radiometry;

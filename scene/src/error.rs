@@ -13,15 +13,7 @@ pub enum SceneError {
         /// The built-in names.
         known: String,
     },
-    /// The operating system refused.
-    #[error("{path}: {source}", path = path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Its words.
-        source: std::io::Error,
-    },
-    /// The file breaks the format, or asks for what is not supported.
+    /// The file cannot be read, breaks the format, asks for what is not supported, or for more than the budget.
     #[error("{path}: {message}", path = path.display())]
     File {
         /// The file.

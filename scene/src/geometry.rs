@@ -56,6 +56,15 @@ impl Aabb {
         if self.is_empty() { Vec3::ZERO } else { 0.5 * (self.min + self.max) }
     }
 
+    /// Where to put the origin so that floats suffice: the middle of a box that is far from the origin for its size, else
+    /// where it is. Beyond 256 diagonals floats are farther apart than 2^-15 of the diagonal, a hundredth of a voxel.
+    pub(crate) fn better_origin(&self) -> Vec3 {
+        let center = self.center();
+        // Whole metres, so that what lies on round numbers stays on them.
+        let is_far = center.abs().max_element() > 256.0 * self.diagonal() && center.is_finite();
+        if is_far { center.floor() } else { Vec3::ZERO }
+    }
+
     /// Length of the diagonal, m.
     pub fn diagonal(&self) -> f32 {
         self.size().length()

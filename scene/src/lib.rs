@@ -4,6 +4,7 @@
 //! at time 0 and [`Scene::pose`] moves the moving part of it to another moment. Units: metres, seconds, radians,
 //! linear Rec. 709 radiance; axes: glTF's (right-handed, +Y up).
 
+mod budget;
 pub mod built_in;
 mod camera;
 mod error;
@@ -15,6 +16,7 @@ mod motion;
 mod needs;
 mod sky;
 
+pub use budget::LoadBudget;
 pub use camera::Camera;
 pub use error::SceneError;
 pub use geometry::{Aabb, Geometry, Object, Triangle};
@@ -56,6 +58,7 @@ pub struct Scene {
     pub warnings: Vec<String>,
     rest: Geometry,
     bounds: Aabb,
+    origin: glam::Vec3,
     motion: motion::Motion,
 }
 
@@ -65,10 +68,26 @@ impl Scene {
     /// # Errors
     /// A name that is neither, or a file that cannot be read, is malformed, or requires what is not supported.
     pub fn load(name: &str) -> Result<Self, SceneError> {
+        Self::load_within(name, LoadBudget::default())
+    }
+
+    /// The same, taking no more memory than `budget` on the way.
+    ///
+    /// # Errors
+    /// As [`Scene::load`], or the file asks for more.
+    pub fn load_within(name: &str, budget: LoadBudget) -> Result<Self, SceneError> {
         match built_in::by_name(name) {
             Some(build) => Ok(build()),
-            None => gltf_file::load(Path::new(name)),
+            None => gltf_file::load(Path::new(name), budget),
         }
+    }
+
+    /// The content of a `.gltf` or `.glb` file; what it names is looked for in the folder of `path`.
+    ///
+    /// # Errors
+    /// As [`Scene::load_within`].
+    pub fn of_bytes(path: &Path, bytes: &[u8], budget: LoadBudget) -> Result<Self, SceneError> {
+        gltf_file::load_bytes(path, bytes, budget)
     }
 
     /// A scene made by code: no sun, nothing moves.
@@ -76,10 +95,16 @@ impl Scene {
         name: &str,
         materials: Vec<Material>,
         images: Vec<Image>,
-        rest: Geometry,
-        cameras: Vec<Camera>,
+        mut rest: Geometry,
+        mut cameras: Vec<Camera>,
         sky: Sky,
     ) -> Self {
+        let origin = rest.bounds().better_origin();
+        rest.positions.iter_mut().for_each(|p| *p -= origin);
+        for camera in &mut cameras {
+            camera.eye -= origin;
+            camera.target -= origin;
+        }
         let bounds = rest.bounds();
         Self {
             name: name.into(),
@@ -91,6 +116,7 @@ impl Scene {
             warnings: Vec::new(),
             rest,
             bounds,
+            origin,
             motion: motion::Motion::default(),
         }
     }
@@ -113,6 +139,12 @@ impl Scene {
     /// Box around every pose: the union over animation keys and the radius of `--move`. Fixed at load.
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// The point of the file's world that is the origin of everything here, m: 0 but for scenes that are so far away from
+    /// theirs that floats would not suffice. Whoever brings places of their own subtracts it.
+    pub fn origin(&self) -> glam::Vec3 {
+        self.origin
     }
 
     /// Length of the animation in seconds; 0 when nothing is animated.

@@ -7,18 +7,20 @@
 //! (x, y): columns wrap, rows stop at the poles. Texel centres lie at (i + 1/2) / w, so a shader that follows the
 //! same formula finds the same value.
 
-use crate::{SceneError, Sky, SkyMap};
-use exr::prelude::{MetaData, read_first_rgba_layer_from_file};
+use crate::budget::Meter;
+use crate::{LoadBudget, SceneError, Sky, SkyMap};
+use exr::prelude::{MetaData, ReadChannels, ReadLayers, read};
 use glam::{DVec3, Vec3};
 use image::{DynamicImage, ImageDecoder, codecs::hdr::HdrDecoder};
 use std::f32::consts::{PI, TAU};
 use std::f64;
-use std::fs::File;
-use std::io::BufReader;
+use std::io::Cursor;
 use std::path::Path;
 
-/// Largest map accepted, columns and rows: 1.6 GB once decoded. Larger claims are taken for broken headers.
+/// Largest map accepted, columns and rows, whatever the budget. Larger claims are taken for broken headers.
 const LARGEST: [usize; 2] = [16384, 8192];
+/// Bytes a texel: three floats that stay, and as much again while they are decoded.
+const TEXEL_BYTES: u64 = 24;
 
 impl Sky {
     /// Reads an equirectangular `.hdr` or `.exr` file.
@@ -29,13 +31,26 @@ impl Sky {
     /// # Errors
     /// The file cannot be read, is neither format, is larger than 16384 x 8192, or has a texel that is not finite.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        let extension = path.extension().map(|e| e.to_ascii_lowercase());
-        let map = match extension.as_ref().and_then(|e| e.to_str()) {
-            Some("hdr") => load_hdr(path)?,
-            Some("exr") => load_exr(path)?,
-            _ => return Err(broken(path, "a sky is a .hdr or an .exr file")),
-        };
-        Ok(Self::Map(checked(path, map)?))
+        Self::load_within(path, LoadBudget::default())
+    }
+
+    /// The same, taking no more memory than `budget` on the way.
+    ///
+    /// # Errors
+    /// As [`Sky::load`], or the file asks for more.
+    pub fn load_within(path: &Path, budget: LoadBudget) -> Result<Self, SceneError> {
+        // Before it is read: a name that says neither may be anything.
+        kind(path).map_err(|fault| broken(path, fault))?;
+        let meter = Meter::new(budget);
+        meter.read(path).and_then(|bytes| decode(path, &bytes, &meter)).map_err(|fault| broken(path, fault))
+    }
+
+    /// The content of a `.hdr` or `.exr` file, as the extension of `path` says.
+    ///
+    /// # Errors
+    /// As [`Sky::load_within`].
+    pub fn of_bytes(path: &Path, bytes: &[u8], budget: LoadBudget) -> Result<Self, SceneError> {
+        decode(path, bytes, &Meter::new(budget)).map_err(|fault| broken(path, fault))
     }
 
     /// Radiance that arrives from `direction` (away from the viewer, any length but 0).
@@ -82,63 +97,99 @@ impl SkyMap {
     }
 }
 
-fn load_hdr(path: &Path) -> Result<SkyMap, SceneError> {
-    let file = File::open(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
-    let decoder = HdrDecoder::new(BufReader::new(file)).map_err(|e| broken(path, e))?;
+/// What is wrong; the path is added at the door.
+type Fault = String;
+
+/// The two formats of a sky.
+enum Kind {
+    Hdr,
+    Exr,
+}
+
+fn kind(path: &Path) -> Result<Kind, Fault> {
+    match path.extension().map(|e| e.to_ascii_lowercase()).as_ref().and_then(|e| e.to_str()) {
+        Some("hdr") => Ok(Kind::Hdr),
+        Some("exr") => Ok(Kind::Exr),
+        _ => Err("a sky is a .hdr or an .exr file".into()),
+    }
+}
+
+fn decode(path: &Path, bytes: &[u8], meter: &Meter) -> Result<Sky, Fault> {
+    let map = match kind(path)? {
+        Kind::Hdr => decode_hdr(bytes, meter)?,
+        Kind::Exr => decode_exr(bytes, meter)?,
+    };
+    Ok(Sky::Map(checked(map)?))
+}
+
+fn decode_hdr(bytes: &[u8], meter: &Meter) -> Result<SkyMap, Fault> {
+    let decoder = HdrDecoder::new(Cursor::new(bytes)).map_err(|e| format!("header: {e}"))?;
     let (width, height) = decoder.dimensions();
-    size_allowed(path, width as usize, height as usize)?;
-    let picture = DynamicImage::from_decoder(decoder).map_err(|e| broken(path, e))?.into_rgb32f();
+    afford(width as usize, height as usize, meter)?;
+    let picture = DynamicImage::from_decoder(decoder)
+        .map_err(|e| format!("{width} x {height} texels promised: {e}"))?
+        .into_rgb32f();
     Ok(SkyMap { width, height, radiance: picture.pixels().map(|p| Vec3::from_array(p.0)).collect() })
 }
 
-fn load_exr(path: &Path) -> Result<SkyMap, SceneError> {
+fn decode_exr(bytes: &[u8], meter: &Meter) -> Result<SkyMap, Fault> {
     // The header is looked at first: reading the layer allocates what it claims.
-    let file = File::open(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
-    let header = MetaData::read_from_buffered(BufReader::new(file), false).map_err(|e| broken(path, e))?;
+    let header =
+        MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| format!("header: {e}"))?;
     for layer in &header.headers {
-        size_allowed(path, layer.layer_size.width(), layer.layer_size.height())?;
+        afford(layer.layer_size.width(), layer.layer_size.height(), meter)?;
     }
-    let picture = read_first_rgba_layer_from_file(
-        path,
-        |size, _channels| (size.width(), vec![Vec3::ZERO; size.area()]),
-        |(width, texels): &mut (usize, Vec<Vec3>), at, (r, g, b, _a): (f32, f32, f32, f32)| {
-            texels[at.y() * *width + at.x()] = Vec3::new(r, g, b);
-        },
-    )
-    .map_err(|e| broken(path, e))?;
+    // The decoder is not made for hostile files and may give up in the middle of its arithmetic; in this thread, where it
+    // can be caught.
+    let pixels = || {
+        read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgba_channels(
+                |size, _channels| (size.width(), vec![Vec3::ZERO; size.area()]),
+                |(width, texels): &mut (usize, Vec<Vec3>), at, (r, g, b, _a): (f32, f32, f32, f32)| {
+                    texels[at.y() * *width + at.x()] = Vec3::new(r, g, b);
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .non_parallel()
+            .from_buffered(Cursor::new(bytes))
+    };
+    let picture = std::panic::catch_unwind(pixels)
+        .map_err(|_| "pixels: the decoder gave up".to_owned())?
+        .map_err(|e| format!("pixels: {e}"))?;
     let layer = picture.layer_data;
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
     Ok(SkyMap { width, height, radiance: layer.channel_data.pixels.1 })
 }
 
-fn size_allowed(path: &Path, width: usize, height: usize) -> Result<(), SceneError> {
+/// Takes the texels that a header claims.
+fn afford(width: usize, height: usize, meter: &Meter) -> Result<(), Fault> {
     let [most_columns, most_rows] = LARGEST;
+    let claim = format!("header: {width} x {height} texels");
     if width == 0 || height == 0 || width > most_columns || height > most_rows {
-        let message = format!(
-            "{width} x {height} texels; a sky has at least 1 x 1, at most {most_columns} x {most_rows}"
-        );
-        return Err(broken(path, message));
+        return Err(format!("{claim}; a sky has at least 1 x 1, at most {most_columns} x {most_rows}"));
     }
-    Ok(())
+    meter.take(width as u64 * height as u64, TEXEL_BYTES).map_err(|over| format!("{claim}: {over}"))
 }
 
 /// Refuses what is not finite, sets negative values to 0.
-fn checked(path: &Path, mut map: SkyMap) -> Result<SkyMap, SceneError> {
+fn checked(mut map: SkyMap) -> Result<SkyMap, Fault> {
     let mut bad = map.radiance.iter().enumerate().filter(|(_, texel)| !texel.is_finite());
     if let Some((index, texel)) = bad.next() {
         let (count, all) = (1 + bad.count(), map.radiance.len());
         let (column, row) = (index % map.width as usize, index / map.width as usize);
-        let message = format!(
+        return Err(format!(
             "{count} of {all} texels are not finite, the first at column {column}, row {row}: {texel}"
-        );
-        return Err(broken(path, message));
+        ));
     }
     map.radiance.iter_mut().for_each(|texel| *texel = texel.max(Vec3::ZERO));
     Ok(map)
 }
 
-fn broken(path: &Path, message: impl std::fmt::Display) -> SceneError {
-    SceneError::File { path: path.into(), message: message.to_string() }
+fn broken(path: &Path, message: Fault) -> SceneError {
+    SceneError::File { path: path.into(), message }
 }
 
 #[cfg(test)]
@@ -259,12 +310,18 @@ mod tests {
         };
         let header = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
         refused("wide.hdr", format!("{header}-Y 4 +X 100000\n").as_bytes(), "100000 x 4");
+        // 16384 x 8192 texels of 24 bytes are 3222 MB.
+        refused(
+            "budget.hdr",
+            format!("{header}-Y 8192 +X 16384\n").as_bytes(),
+            "takes 3222 MB on top of 1 MB",
+        );
         refused("none.hdr", format!("{header}-Y 0 +X 4\n").as_bytes(), "none.hdr");
         refused("short.hdr", format!("{header}-Y 64 +X 128\nabc").as_bytes(), "short.hdr");
         refused("noise.exr", &[0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0, 9, 9], "noise.exr");
         refused("empty.hdr", b"", "empty.hdr");
         refused("sky.png", b"", ".hdr or an .exr");
-        assert!(matches!(Sky::load(Path::new("no/such.hdr")), Err(SceneError::Read { .. })));
+        assert!(Sky::load(Path::new("no/such.hdr")).unwrap_err().to_string().starts_with("no/such.hdr: "));
     }
 
     #[test]

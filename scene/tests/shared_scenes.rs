@@ -1,7 +1,7 @@
-//! The shared scenes: all real ones load with the triangles their list promises, no malformed one does harm.
+//! The shared scenes: all real ones load with the triangles their list promises, no malformed or cut one does harm.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use scene::{Scene, SceneError};
+use scene::{LoadBudget, Scene, SceneError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -130,6 +130,21 @@ fn animated_scenes_move_stay_finite_and_stay_inside_their_bounds() {
     }
 }
 
+/// The most memory that this process ever held, MiB, where the system says.
+fn peak_mib() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.split_whitespace().next()?.parse::<u64>().ok().map(|kib| kib / 1024)
+}
+
+/// A refusal is one line that begins with the file it is about.
+#[track_caller]
+fn is_clear(fault: &SceneError, path: &Path) {
+    let message = fault.to_string();
+    let rest = message.strip_prefix(&format!("{}: ", path.display()));
+    assert!(rest.is_some_and(|rest| rest.len() > 8) && message.lines().count() == 1, "{message}");
+}
+
 #[test]
 fn no_malformed_file_does_harm() {
     let Some(folder) = scenes().map(|f| f.join("malformed")) else { return };
@@ -141,7 +156,7 @@ fn no_malformed_file_does_harm() {
         let start = Instant::now();
         let outcome = load(&path);
         // A liveness guard, not a budget: the largest of them draws 8 million triangles in about a second.
-        assert!(start.elapsed() < Duration::from_secs(20), "{}: {:?}", cells[0], start.elapsed());
+        assert!(start.elapsed() < Duration::from_secs(60), "{}: {:?}", cells[0], start.elapsed());
         match outcome {
             Ok(mut scene) => {
                 read += 1;
@@ -157,10 +172,114 @@ fn no_malformed_file_does_harm() {
             }
             Err(fault) => {
                 refused += 1;
-                assert!(fault.to_string().contains(cells[0].rsplit('/').next().unwrap()), "{fault}");
+                is_clear(&fault, &path);
             }
         }
     }
-    println!("{read} read, {refused} refused");
+    println!("{read} read, {refused} refused, {:?} MiB at most", peak_mib());
+    assert_eq!(read + refused, 572);
     assert!(read > 300 && refused > 50, "{read} read, {refused} refused");
+    assert!(peak_mib().is_none_or(|mib| mib < 2048), "{:?} MiB", peak_mib());
+}
+
+/// A folder of one test, gone when dropped.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    /// Holds what `from` holds.
+    fn like(from: &Path, name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("gridlight-cut-{}-{name}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        let scratch = Self(folder);
+        scratch.copy(from, Path::new(""));
+        scratch
+    }
+
+    fn copy(&self, from: &Path, below: &Path) {
+        std::fs::create_dir_all(self.0.join(below)).unwrap();
+        for entry in from.join(below).read_dir().unwrap().flatten() {
+            let place = below.join(entry.file_name());
+            if entry.path().is_dir() {
+                self.copy(from, &place);
+            } else {
+                std::fs::copy(entry.path(), self.0.join(place)).unwrap();
+            }
+        }
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Bytes of a block of a file system.
+const BLOCK: usize = 4096;
+
+#[test]
+fn a_scene_cut_short_at_any_block_is_refused_with_the_place() {
+    let Some(folder) = scenes() else { return };
+    let (mut cuts, mut files) = (0, 0);
+    for (path, _) in listed(folder) {
+        let whole = std::fs::read(&path).unwrap();
+        files += 1;
+        // Each block of what is small; of megabytes, 256 places evenly: what is read first is read each time.
+        let step = BLOCK.max(whole.len() / 256);
+        for length in (0..whole.len()).step_by(step) {
+            let cut = whole.get(..length).unwrap();
+            let fault = Scene::of_bytes(&path, cut, LoadBudget::default()).unwrap_err();
+            is_clear(&fault, &path);
+            let message = fault.to_string();
+            let says_where = ["JSON", "GLB"].iter().any(|place| message.contains(place));
+            assert!(says_where, "cut at byte {length}: {message}");
+            cuts += 1;
+        }
+    }
+    println!("{cuts} cuts of {files} files");
+    assert!(files == 43 && cuts > 500, "{cuts} cuts of {files} files");
+}
+
+#[test]
+fn buffers_and_pictures_cut_short_are_refused_or_read_as_far_as_they_go() {
+    let Some(folder) = scenes() else { return };
+    let (mut refused, mut read) = (0, 0);
+    // Small ones with buffers, PNG and JPEG beside the scene.
+    for (name, file) in [
+        ("box_animated", "BoxAnimated.gltf"),
+        ("water_bottle", "WaterBottle.gltf"),
+        ("fox_skinned", "Fox.gltf"),
+    ] {
+        let scratch = Scratch::like(&folder.join(name), name);
+        let mut beside: Vec<PathBuf> =
+            scratch.0.read_dir().unwrap().flatten().map(|e| e.path()).filter(|p| p.is_file()).collect();
+        let of_scene = |p: &PathBuf| {
+            p.extension().is_some_and(|e| ["bin", "png", "jpg"].iter().any(|wanted| e == *wanted))
+        };
+        beside.retain(of_scene);
+        beside.sort();
+        assert!(!beside.is_empty(), "{name}");
+        for part in beside {
+            let whole = std::fs::read(&part).unwrap();
+            for length in
+                [0, 1, 7, BLOCK, whole.len() / 2, whole.len().saturating_sub(BLOCK), whole.len() - 1]
+            {
+                std::fs::write(&part, whole.get(..length).unwrap_or(&whole)).unwrap();
+                match load(&scratch.0.join(file)) {
+                    Ok(_) => read += 1,
+                    Err(fault) => {
+                        refused += 1;
+                        is_clear(&fault, &scratch.0.join(file));
+                        let message = fault.to_string();
+                        let says_where = ["buffers[", "images["].iter().any(|place| message.contains(place));
+                        assert!(says_where, "{} cut at byte {length}: {message}", part.display());
+                    }
+                }
+            }
+            std::fs::write(&part, &whole).unwrap();
+        }
+        assert!(load(&scratch.0.join(file)).is_ok(), "{name} is whole again");
+    }
+    println!("{refused} refused, {read} read");
+    assert!(refused > 20, "{refused} refused, {read} read");
 }

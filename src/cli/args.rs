@@ -106,6 +106,10 @@ pub struct CompareArgs {
     /// What is seen, and what all combinations share.
     #[command(flatten)]
     pub view: ViewArgs,
+    /// Instead of a scene: a suite of scenes, each with its own view and truth; at 64x48 and any number of bounces where
+    /// nothing else is said.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["scene", "case", "shard"])]
+    pub suite: Option<Suite>,
     /// Who traces the light; a list.
     #[arg(long, value_name = "IDS", value_delimiter = ',', default_values = ["voxel", "bvh_cwbvh"], value_parser = stage_id(Kind::Tracer))]
     pub tracers: Vec<String>,
@@ -155,6 +159,13 @@ pub struct CompareArgs {
     pub json: bool,
 }
 
+/// Scenes that `gridlight compare` brings along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Suite {
+    /// Scenes that break renderers.
+    Hard,
+}
+
 /// `gridlight denoise`.
 #[derive(Debug, Args)]
 pub struct DenoiseArgs {
@@ -173,6 +184,9 @@ pub struct DenoiseArgs {
     /// How the depth layer is measured; one called `distance` is always taken along the ray.
     #[arg(long, default_value = "z")]
     pub depth: DepthKind,
+    /// Most megabytes (10^6 bytes) that reading a file may take; what asks for more is refused.
+    #[arg(long, value_name = "MB", default_value = "2000", value_parser = values::positive)]
+    pub load_mb: f32,
     /// Sets a knob of the denoiser; repeatable.
     #[arg(long, value_name = "ID.KNOB=VALUE", value_parser = values::knob)]
     pub set: Vec<KnobSetting>,
@@ -202,6 +216,9 @@ pub struct MetricsArgs {
     /// The picture that is judged: linear EXR of the same size.
     #[arg(value_name = "TEST.exr")]
     pub test: PathBuf,
+    /// Most megabytes (10^6 bytes) that reading a file may take; what asks for more is refused.
+    #[arg(long, value_name = "MB", default_value = "2000", value_parser = values::positive)]
+    pub load_mb: f32,
     /// Stops added before the display's metrics (psnr, ssim, flip).
     #[arg(long, value_name = "STOPS", default_value = "0", allow_hyphen_values = true, value_parser = values::finite)]
     pub exposure: f32,

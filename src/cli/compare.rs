@@ -1,12 +1,13 @@
 //! `gridlight compare`: every combination of stages, timed, measured and reported.
 
-use super::args::CompareArgs;
+use super::args::{CompareArgs, Suite};
 use super::bar::Bar;
 use super::{json, print};
 use crate::Error;
 use crate::compare::{self, Comparison, Lists};
 use crate::reference::Goal;
 use crate::settings::View;
+use crate::suite;
 use frame::Gpu;
 use std::time::Duration;
 
@@ -18,27 +19,26 @@ const USUAL_FRAMES: u32 = 5;
 
 /// Compares what the arguments say.
 pub fn run(args: &CompareArgs) -> Result<(), Error> {
+    match args.suite {
+        Some(Suite::Hard) => hard_suite(args),
+        None => one_scene(args),
+    }
+}
+
+fn one_scene(args: &CompareArgs) -> Result<(), Error> {
     let base = args.view.settings()?.ok_or(Error::NoScene)?;
     let gpu = Gpu::new(args.view.adapter.as_deref())?;
-    let is_software = gpu.is_software();
-    let seconds = args.reference_seconds.or(is_software.then_some(SOFTWARE_SECONDS));
     let frames = args.frames.unwrap_or(match &base.view {
         View::Path(_) => base.frames_of_path(),
         _ => USUAL_FRAMES,
     });
     let comparison = Comparison {
         base,
-        lists: Lists {
-            tracers: args.tracers.clone(),
-            denoisers: args.denoisers.clone(),
-            upsamplers: args.upsamplers.clone(),
-            spp: args.spp.clone(),
-            grids: args.grids.clone(),
-        },
+        lists: lists(args),
         shard: args.shard,
         frames,
         temporal_spp: args.temporal_spp,
-        goal: Goal { spp: args.reference_spp, until: None, within: seconds.map(Duration::from_secs_f32) },
+        goal: goal(args, &gpu),
         cache: args.cache.clone().unwrap_or_else(compare::default_cache),
         out: args.out.clone(),
         command: command(),
@@ -52,6 +52,44 @@ pub fn run(args: &CompareArgs) -> Result<(), Error> {
         (false, true) => Ok(()),
         (false, false) => print(&format!("{}wrote {}\n", report.markdown(), args.out.display())),
     }
+}
+
+fn hard_suite(args: &CompareArgs) -> Result<(), Error> {
+    let gpu = Gpu::new(args.view.adapter.as_deref())?;
+    let mut base = suite::base();
+    args.view.apply(&mut base);
+    let hard = suite::Suite {
+        base,
+        lists: lists(args),
+        frames: args.frames.unwrap_or(USUAL_FRAMES),
+        goal: goal(args, &gpu),
+        cache: args.cache.clone().unwrap_or_else(compare::default_cache),
+        out: args.out.clone(),
+        command: command(),
+    };
+    let (bar, progress) = Bar::new(args.quiet);
+    let report = suite::run(&hard, &gpu, &progress)?;
+    drop(bar);
+    match (args.json, args.quiet) {
+        (true, _) => print(&json(&report.rows)?),
+        (false, true) => Ok(()),
+        (false, false) => print(&format!("{}wrote {}\n", report.markdown(), args.out.display())),
+    }
+}
+
+fn lists(args: &CompareArgs) -> Lists {
+    Lists {
+        tracers: args.tracers.clone(),
+        denoisers: args.denoisers.clone(),
+        upsamplers: args.upsamplers.clone(),
+        spp: args.spp.clone(),
+        grids: args.grids.clone(),
+    }
+}
+
+fn goal(args: &CompareArgs, gpu: &Gpu) -> Goal {
+    let seconds = args.reference_seconds.or(gpu.is_software().then_some(SOFTWARE_SECONDS));
+    Goal { spp: args.reference_spp, until: None, within: seconds.map(Duration::from_secs_f32) }
 }
 
 /// The command line as it was typed, without what says where and which share: those do not decide the rows.

@@ -1,11 +1,12 @@
 //! `gridlight denoise`: filters a picture that another renderer wrote, or a numbered sequence of them.
 
 use super::args::DenoiseArgs;
-use super::{json, print};
+use super::{json, print, values};
 use crate::foreign::{Bench, DepthKind, Light, Picture, View, view};
-use crate::input::read_exr_layers;
+use crate::input::read_exr_layers_within;
 use crate::{Error, output, pipeline};
 use frame::{FrameInfo, Gpu};
+use scene::LoadBudget;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -35,6 +36,7 @@ pub fn run(args: &DenoiseArgs) -> Result<(), Error> {
     let gpu = Gpu::new(args.adapter.as_deref())?;
     let adapter = gpu.info.name.clone();
     let count = args.frames.unwrap_or(1);
+    let budget = LoadBudget { bytes: values::bytes(args.load_mb) };
     let mut denoiser = pipeline::denoiser(&gpu, &args.denoiser)?;
     pipeline::set_knobs(denoiser.name(), &mut denoiser.knobs(), &args.set)?;
 
@@ -44,7 +46,7 @@ pub fn run(args: &DenoiseArgs) -> Result<(), Error> {
     let mut frames: Vec<Frame> = Vec::new();
     for index in 0..count {
         let (input, out) = (nth(&args.input, index)?, nth(&args.out, index)?);
-        let layers = read_exr_layers(&input)?;
+        let layers = read_exr_layers_within(&input, budget)?;
         if let Some(first) = frames.first().filter(|first| first.size != layers.size()) {
             let ([w, h], [v, g]) = (layers.size(), first.size);
             let message = format!("is {w}x{h}, the sequence began with {v}x{g}");

@@ -105,6 +105,7 @@ fn render_line(settings: &RenderSettings, path_file: Option<&Path>) -> String {
     if let Some(bytes) = settings.texture_budget_bytes {
         line.flag("--budget-mb", megabytes(bytes));
     }
+    line.unless(&megabytes(plain.load_budget_bytes), "--load-mb", &megabytes(settings.load_budget_bytes));
     line.unless(&plain.time, "--time", &settings.time);
     line.unless(&plain.fps, "--fps", &settings.fps);
     match settings.view {
@@ -225,6 +226,7 @@ mod tests {
             frames: 7,
             fps: 25.0,
             texture_budget_bytes: Some(1_234_567),
+            load_budget_bytes: 7_654_321,
         };
         let said = RenderLine { settings, path_file: None };
         let line = said.to_string();

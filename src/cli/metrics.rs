@@ -1,10 +1,11 @@
 //! `gridlight metrics`: every error metric between two pictures, as JSON.
 
 use super::args::MetricsArgs;
-use super::{json, print};
+use super::{json, print, values};
 use crate::Error;
-use crate::input::read_exr;
+use crate::input::read_exr_within;
 use crate::metrics::Errors;
+use scene::LoadBudget;
 use serde::Serialize;
 use std::path::Path;
 
@@ -20,8 +21,9 @@ struct Comparison<'a> {
 
 /// Compares what the arguments say.
 pub fn run(args: &MetricsArgs) -> Result<(), Error> {
-    let MetricsArgs { reference, test, exposure } = args;
-    let (r, t) = (read_exr(reference)?, read_exr(test)?);
+    let MetricsArgs { reference, test, exposure, load_mb } = args;
+    let budget = LoadBudget { bytes: values::bytes(*load_mb) };
+    let (r, t) = (read_exr_within(reference, budget)?, read_exr_within(test, budget)?);
     let errors = Errors::between_exposed(&r, &t, *exposure).map_err(|source| Error::Metrics {
         reference: reference.clone(),
         test: test.clone(),

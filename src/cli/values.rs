@@ -38,6 +38,11 @@ pub fn positive(text: &str) -> Result<f32, String> {
     number(text, |v| v > 0.0, "a finite number above 0")
 }
 
+/// Megabytes (10^6 bytes) as bytes.
+pub fn bytes(megabytes: f32) -> u64 {
+    (f64::from(megabytes) * 1e6) as u64
+}
+
 /// A share: above 0, at most 1.
 pub fn share(text: &str) -> Result<f32, String> {
     number(text, |v| v > 0.0 && v <= 1.0, "a number above 0, at most 1")

@@ -67,6 +67,9 @@ pub struct ViewArgs {
     /// Most megabytes (10^6 bytes) that textures may take; larger ones are scaled down.
     #[arg(long, value_name = "MB", value_parser = values::positive)]
     pub budget_mb: Option<f32>,
+    /// Most megabytes (10^6 bytes) that loading the scene or its sky may take; what asks for more is refused [default: 2000]
+    #[arg(long, value_name = "MB", value_parser = values::positive)]
+    pub load_mb: Option<f32>,
     /// Makes a material glow; repeatable.
     #[arg(long, value_name = "MATERIAL=R,G,B", value_parser = values::emit)]
     pub emit: Vec<Emit>,
@@ -168,7 +171,8 @@ impl ViewArgs {
         }
     }
 
-    fn apply(&self, settings: &mut RenderSettings) {
+    /// Writes what was said explicitly over `settings`.
+    pub(super) fn apply(&self, settings: &mut RenderSettings) {
         set(&self.trace_size, &mut settings.trace_size);
         set(&self.display_size, &mut settings.display_size);
         set(&self.tessellator, &mut settings.tessellator);
@@ -181,7 +185,8 @@ impl ViewArgs {
         set(&self.sun.map(Some), &mut settings.sun);
         set(&self.sun_angle.map(Some), &mut settings.sun_angle);
         set(&self.moving_share.map(Some), &mut settings.moving_share);
-        set(&self.budget_mb.map(|mb| Some((f64::from(mb) * 1e6) as u64)), &mut settings.texture_budget_bytes);
+        set(&self.budget_mb.map(|mb| Some(values::bytes(mb))), &mut settings.texture_budget_bytes);
+        set(&self.load_mb.map(values::bytes), &mut settings.load_budget_bytes);
         settings.sets.clone_from(&self.set);
         settings.emit.clone_from(&self.emit);
         if let Some(index) = self.camera {

@@ -7,13 +7,14 @@
 use crate::Error;
 use exr::prelude::{FlatSamples, MetaData, ReadChannels, ReadLayers, read};
 use frame::cpu::Image;
+use scene::LoadBudget;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-/// Most samples of a file, all channels together: 4 GB once decoded. Larger claims are taken for broken headers.
-const MOST_SAMPLES: usize = 1_000_000_000;
+/// Bytes a sample: a float that stays, and as much again while it is decoded.
+const SAMPLE_BYTES: u64 = 8;
 
 /// Names by which renderers call the picture, if it is not the unnamed layer.
 const BEAUTY: [&str; 4] = ["beauty", "combined", "rgba", "rgb"];
@@ -90,7 +91,15 @@ impl Layers {
 /// # Errors
 /// As [`read_exr_layers`], or it cannot be told which layer is the picture.
 pub fn read_exr(path: &Path) -> Result<Image<[f32; 3]>, Error> {
-    let layers = read_exr_layers(path)?;
+    read_exr_within(path, LoadBudget::default())
+}
+
+/// The same, taking no more memory than `budget`.
+///
+/// # Errors
+/// As [`read_exr`], or the file asks for more.
+pub fn read_exr_within(path: &Path, budget: LoadBudget) -> Result<Image<[f32; 3]>, Error> {
+    let layers = read_exr_layers_within(path, budget)?;
     layers.picture().and_then(|layer| layers.color(layer)).ok_or_else(|| {
         let names: Vec<&str> = layers.names().collect();
         unreadable(path, format!("no channels R, G, B; there are: {}", names.join(", ")))
@@ -100,24 +109,44 @@ pub fn read_exr(path: &Path) -> Result<Image<[f32; 3]>, Error> {
 /// Reads every channel of a file.
 ///
 /// # Errors
-/// The file cannot be read, is not an OpenEXR picture, claims more than 10^9 samples, has parts of different sizes or a
-/// sub-sampled channel.
+/// The file cannot be read, is not an OpenEXR picture, has parts of different sizes or a sub-sampled channel, or asks for
+/// more memory than loading has by default.
 pub fn read_exr_layers(path: &Path) -> Result<Layers, Error> {
+    read_exr_layers_within(path, LoadBudget::default())
+}
+
+/// The same, taking no more memory than `budget`.
+///
+/// # Errors
+/// As [`read_exr_layers`].
+pub fn read_exr_layers_within(path: &Path, budget: LoadBudget) -> Result<Layers, Error> {
     let file = File::open(path).map_err(|e| unreadable(path, e.to_string()))?;
     let not_exr = |e| unreadable(path, format!("not a readable OpenEXR file: {e}"));
     // The header is looked at first: reading a layer allocates what it claims.
     let header = MetaData::read_from_buffered(BufReader::new(file), false).map_err(not_exr)?;
     let claimed = header.headers.iter().map(|part| {
         let [width, height] = [part.layer_size.width(), part.layer_size.height()];
-        width.saturating_mul(height).saturating_mul(part.channels.list.len())
+        (width as u64).saturating_mul(height as u64).saturating_mul(part.channels.list.len() as u64)
     });
-    let claimed = claimed.fold(0, usize::saturating_add);
-    if claimed > MOST_SAMPLES {
-        let message = format!("its header claims {claimed} samples; at most {MOST_SAMPLES} are read");
-        return Err(unreadable(path, message));
+    let claimed = claimed.fold(0, u64::saturating_add);
+    let asked = claimed.saturating_mul(SAMPLE_BYTES);
+    if asked > budget.bytes {
+        let [asked, most] = [asked, budget.bytes].map(|bytes| bytes.div_ceil(1_000_000));
+        return Err(unreadable(
+            path,
+            format!(
+                "its header claims {claimed} samples, which take {asked} MB; the budget for loading is {most} MB \
+                 (--load-mb)"
+            ),
+        ));
     }
     let file = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
-    let parts = file.from_file(path).map_err(not_exr)?.layer_data;
+    // The decoder is not made for hostile files and may give up in the middle of its arithmetic; in this thread, where it
+    // can be caught.
+    let parts = std::panic::catch_unwind(|| file.non_parallel().from_file(path))
+        .map_err(|_| unreadable(path, "not a readable OpenEXR file: the decoder gave up".into()))?
+        .map_err(not_exr)?
+        .layer_data;
 
     let sizes: Vec<[u32; 2]> =
         parts.iter().map(|p| [p.size.width() as u32, p.size.height() as u32]).collect();
@@ -264,7 +293,7 @@ mod tests {
             ("png.exr", b"\x89PNG\r\n\x1a\n", "not a readable OpenEXR file"),
             ("short.exr", &bytes[..bytes.len() - 3], "not a readable OpenEXR file"),
             ("header.exr", &bytes[..window], "not a readable OpenEXR file"),
-            ("huge.exr", &huge, "at most 1000000000"),
+            ("huge.exr", &huge, "the budget for loading is 2000 MB"),
         ] {
             let file = Scratch::new(name);
             std::fs::write(&file.0, bytes).unwrap();

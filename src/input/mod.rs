@@ -4,4 +4,4 @@
 
 mod exr;
 
-pub use exr::{Layers, read_exr, read_exr_layers};
+pub use exr::{Layers, read_exr, read_exr_layers, read_exr_layers_within, read_exr_within};

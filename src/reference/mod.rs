@@ -110,8 +110,18 @@ pub fn key(pipeline: &Pipeline, search: Search) -> Value {
     let mut all = serde_json::to_value(settings).unwrap_or_default();
     if let Some(fields) = all.as_object_mut() {
         // Stages and sizes that only a render has.
-        for name in ["trace_size", "denoiser", "upsampler", "spp", "frames", "fps", "tracer", "scene", "sets"]
-        {
+        for name in [
+            "trace_size",
+            "denoiser",
+            "upsampler",
+            "spp",
+            "frames",
+            "fps",
+            "tracer",
+            "scene",
+            "sets",
+            "load_budget_bytes",
+        ] {
             fields.remove(name);
         }
         if search != Search::Grid {

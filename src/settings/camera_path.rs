@@ -86,9 +86,21 @@ impl CameraPath {
     /// It is not there, is no JSON, or as [`CameraPath::new`].
     pub fn load(path: &Path) -> Result<Self, Error> {
         let fail = |message: String| Error::Read { path: path.into(), message };
+        // A device or a pipe may never end.
+        if !std::fs::metadata(path).map_err(|e| fail(e.to_string()))?.is_file() {
+            return Err(fail("not a file".into()));
+        }
         let text = std::fs::read_to_string(path).map_err(|e| fail(e.to_string()))?;
-        let read: Self = serde_json::from_str(&text).map_err(|e| fail(format!("no camera path: {e}")))?;
-        Self::new(read.keys).map_err(|e| fail(format!("no camera path: {e}")))
+        Self::parse(&text).map_err(fail)
+    }
+
+    /// The content of a file.
+    ///
+    /// # Errors
+    /// It is no JSON, or as [`CameraPath::new`].
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let read: Self = serde_json::from_str(text).map_err(|e| format!("no camera path: {e}"))?;
+        Self::new(read.keys).map_err(|e| format!("no camera path: {e}"))
     }
 
     /// The keys, in order.

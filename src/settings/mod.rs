@@ -65,6 +65,8 @@ pub struct RenderSettings {
     pub fps: f32,
     /// Most bytes that textures may take; none = all that is needed.
     pub texture_budget_bytes: Option<u64>,
+    /// Most bytes that loading the scene, or its sky, may take.
+    pub load_budget_bytes: u64,
 }
 
 impl Default for RenderSettings {
@@ -96,6 +98,7 @@ impl Default for RenderSettings {
             frames: 1,
             fps: 30.0,
             texture_budget_bytes: None,
+            load_budget_bytes: scene::LoadBudget::default().bytes,
         }
     }
 }

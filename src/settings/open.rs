@@ -5,14 +5,15 @@
 use super::{LookAt, RenderSettings, SkySetting, View};
 use crate::Error;
 use glam::Vec3;
-use scene::{Camera, Scene, Sky, Sun};
+use scene::{Camera, LoadBudget, Scene, Sky, Sun};
 
 /// Loads the scene and applies everything the settings say about it.
 ///
 /// # Errors
 /// The scene or the sky cannot be loaded, or `--emit` names a material that is not there.
 pub fn scene(settings: &RenderSettings) -> Result<Scene, Error> {
-    let mut scene = Scene::load(&settings.scene)?;
+    let budget = LoadBudget { bytes: settings.load_budget_bytes };
+    let mut scene = Scene::load_within(&settings.scene, budget)?;
     for emit in &settings.emit {
         scene.emit(&emit.material, emit.radiance.into())?;
     }
@@ -21,7 +22,7 @@ pub fn scene(settings: &RenderSettings) -> Result<Scene, Error> {
     }
     match &settings.sky {
         Some(SkySetting::Constant(radiance)) => scene.sky = Sky::Constant((*radiance).into()),
-        Some(SkySetting::File(path)) => scene.sky = Sky::load(path)?,
+        Some(SkySetting::File(path)) => scene.sky = Sky::load_within(path, budget)?,
         None => {}
     }
     if let Some(sun) = settings.sun {
@@ -58,16 +59,16 @@ pub fn camera(settings: &RenderSettings, scene: &Scene, time: f32) -> Result<Cam
             index: *index,
             count: scene.cameras.len(),
         }),
-        View::LookAt(view) => Ok(look_at(view)),
-        View::Path(path) => Ok(look_at(&path.at(time))),
+        View::LookAt(view) => Ok(look_at(view, scene.origin())),
+        View::Path(path) => Ok(look_at(&path.at(time), scene.origin())),
     }
 }
 
-fn look_at(view: &LookAt) -> Camera {
+fn look_at(view: &LookAt, origin: Vec3) -> Camera {
     Camera {
         name: String::new(),
-        eye: view.eye.into(),
-        target: view.target.into(),
+        eye: Vec3::from(view.eye) - origin,
+        target: Vec3::from(view.target) - origin,
         up: view.up.into(),
         vfov: view.vfov,
     }

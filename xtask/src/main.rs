@@ -1,9 +1,10 @@
-//! What a fresh machine needs to see gridlight run: `cargo xtask demo`, `test`, `ci`.
+//! What a fresh machine needs to see gridlight run: `cargo xtask demo`, `test`, `fuzz`, `ci`.
 //!
 //! Only the standard library, so that the first command anyone types is built in seconds. What the machine lacks is
 //! installed here, by name and aloud; nothing else is.
 
 mod ci;
+mod fuzz;
 mod run;
 mod system;
 
@@ -15,6 +16,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
 
   demo             render the courtyard, 640x480 lifted to 1920x1080, into out/demo
   test [--shared]  run the tests; --shared adds the long ones that read ../shared
+  fuzz [TARGET] [--seconds N]
+                   the fuzz targets, or one of them, a minute each or N seconds
   ci               formatting, lints, docs, tests, the window: all that must pass";
 
 fn main() -> ExitCode {
@@ -24,6 +27,13 @@ fn main() -> ExitCode {
         ["demo"] => demo(),
         ["test"] => test(false),
         ["test", "--shared"] => test(true),
+        ["fuzz", rest @ ..] => match fuzzing(rest) {
+            Some((target, seconds)) => fuzz::run(target, seconds),
+            None => {
+                eprintln!("{USAGE}");
+                return ExitCode::from(2);
+            }
+        },
         ["ci"] => ci::run(),
         _ => {
             eprintln!("{USAGE}");
@@ -37,6 +47,23 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Target and seconds of `fuzz`, in any order.
+fn fuzzing<'a>(mut words: &[&'a str]) -> Option<(Option<&'a str>, u32)> {
+    let (mut target, mut seconds) = (None, 60);
+    while let Some((first, rest)) = words.split_first() {
+        words = rest;
+        match *first {
+            "--seconds" => {
+                let (value, rest) = words.split_first()?;
+                (seconds, words) = (value.parse().ok().filter(|s| *s > 0)?, rest);
+            }
+            name if target.is_none() && !name.starts_with('-') => target = Some(name),
+            _ => return None,
+        }
+    }
+    Some((target, seconds))
 }
 
 /// The repository's root.

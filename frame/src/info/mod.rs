@@ -102,11 +102,12 @@ impl FrameInfo {
         }
     }
 
-    /// Clip space from world space: reversed depth, infinite far plane, near plane at 1e-4 of the scene's diagonal.
+    /// Clip space from world space: reversed depth, infinite far plane, near plane at 1e-6 of the scene's diagonal.
+    /// Reversed depth is as precise at any distance, so a near plane may be as near as a camera touches a wall.
     fn clip_from_world(&self, camera: &Camera, jitter: [f32; 2]) -> Mat4 {
         let [width, height] = self.display_size.map(|n| n as f32);
         let focal = 1.0 / (0.5 * camera.vfov).tan();
-        let near = 1e-4 * self.diagonal.max(1e-6);
+        let near = 1e-6 * self.diagonal.max(1e-6);
         let offset = [0, 1].map(|axis| 2.0 * jitter[axis] / self.trace_size[axis] as f32);
         // The picture moves against the sample point; y of clip space points up, y of jitter down. The view looks
         // along -z, so an offset proportional to w enters the third column with the opposite sign.

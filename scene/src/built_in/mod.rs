@@ -10,6 +10,7 @@ mod cornell;
 mod courtyard;
 mod furnace;
 mod glass;
+pub mod hard;
 mod part;
 mod relief;
 pub mod sealed;

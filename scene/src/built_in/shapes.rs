@@ -5,6 +5,15 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 impl Part {
+    /// The same as [`Part::quad`], however thin.
+    pub fn strip(&mut self, corners: [Vec3; 4]) {
+        let first = self.positions.len() as u32;
+        let triangles = self.triangles.len();
+        self.quad(corners);
+        self.triangles.truncate(triangles);
+        self.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t: [u32; 3]| t.map(|v| first + v)));
+    }
+
     /// A flat quadrilateral, corners counter-clockwise from the front; u runs along its first side.
     pub fn quad(&mut self, corners: [Vec3; 4]) {
         self.quad_along((corners[1] - corners[0]).normalize(), corners);

@@ -2,21 +2,17 @@
 
 use super::buffers::Buffers;
 use super::{Fault, item, valid};
+use crate::budget::Meter;
 use gltf::json::accessor::{Accessor, ComponentType, Type};
 use gltf::json::{Index, Root, buffer};
-use std::cell::Cell;
-
-/// Numbers read from one file in all, 2 GB: accessors may have no bytes of their own, or be named many times, and a
-/// few bytes of JSON must not ask for any memory they like.
-const MOST_NUMBERS: u64 = 1 << 29;
 
 /// Reads accessors of one file.
 #[derive(Clone, Copy)]
 pub(super) struct Accessors<'a> {
     pub root: &'a Root,
     pub buffers: &'a Buffers,
-    /// Numbers read so far.
-    pub spent: &'a Cell<u64>,
+    /// Accessors may have no bytes of their own, or be named many times: each reading counts.
+    pub meter: &'a Meter,
 }
 
 impl Accessors<'_> {
@@ -86,14 +82,8 @@ impl Accessors<'_> {
             return Err(format!("{asker}: {place} holds {found:?}, {kind:?} is needed"));
         }
         let count = accessor.count.0;
-        let spent = count.checked_mul(N as u64).and_then(|n| n.checked_add(self.spent.get()));
-        let spent = spent.filter(|&n| n <= MOST_NUMBERS);
-        self.spent.set(spent.ok_or_else(|| {
-            format!(
-                "{place}: {count} elements on top of {} numbers read, at most {MOST_NUMBERS}",
-                self.spent.get()
-            )
-        })?);
+        let taken = self.meter.take(count, (N * size_of::<T>()) as u64);
+        taken.map_err(|over| format!("{place}: {count} elements of {kind:?}: {over}"))?;
         let size = component.size();
         let element = |bytes: &[u8]| {
             let mut element = [T::default(); N];

@@ -2,17 +2,20 @@
 
 use super::meshes::{Primitive, Skipped};
 use super::{Document, Fault, animations, meshes, nodes};
+use crate::budget::Meter;
 use crate::motion::{Motion, Part, PlacedLight, Rig, Skin, Vertices, camera_at, flipped, unwritten};
 use crate::{Geometry, Image, Material, Object, Scene, Sky, Triangle};
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// Most vertices, and most triangles: some 4 GB, and indices stay far inside 32 bits.
-const MOST: u64 = 1 << 26;
+/// Most vertices, and most triangles, whatever the budget: indices stay far inside 32 bits.
+const MOST: u64 = 1 << 28;
 
-/// Most objects: nodes, primitives and instances multiply.
-const MOST_OBJECTS: u64 = 1 << 22;
+/// Bytes of a vertex in the scene: position, normal, tangent, two sets of texture coordinates, colour.
+const VERTEX_BYTES: u64 = (3 + 3 + 4 + 2 + 2 + 4) * 4;
+/// Bytes of an object with its name, and of the part that it is placed by.
+const OBJECT_BYTES: u64 = 512;
 /// Characters of a name that objects repeat.
 const NAME_LENGTH: usize = 80;
 
@@ -32,30 +35,36 @@ impl Drawn {
     }
 }
 
-/// How much is drawn so far, kept in bounds before it takes any memory.
-#[derive(Default)]
-struct Counts {
+/// How much is drawn so far: nodes, primitives and instances multiply.
+struct Counts<'a> {
     vertices: u64,
     triangles: u64,
-    objects: u64,
+    meter: &'a Meter,
 }
 
-impl Counts {
+impl Counts<'_> {
+    /// Takes a primitive's places before they take any memory.
     fn add(&mut self, primitive: &Primitive, instances: usize) -> Result<(), Fault> {
         let instances = instances as u64;
-        self.vertices += primitive.shape.positions.len() as u64 * instances;
-        self.triangles += primitive.triangles.len() as u64 * instances;
-        self.objects += instances;
-        for (what, count, most) in [
-            ("vertices", self.vertices, MOST),
-            ("triangles", self.triangles, MOST),
-            ("objects", self.objects, MOST_OBJECTS),
-        ] {
-            if count > most {
-                return Err(format!("{count} {what} so far, at most {most}"));
-            }
+        let vertices = instances.saturating_mul(primitive.shape.positions.len() as u64);
+        let triangles = instances.saturating_mul(primitive.triangles.len() as u64);
+        let taken = self
+            .meter
+            .take(vertices, VERTEX_BYTES)
+            .and_then(|()| self.meter.take(triangles, size_of::<Triangle>() as u64))
+            .and_then(|()| self.meter.take(instances, OBJECT_BYTES));
+        taken.map_err(|over| {
+            format!("{instances} instances with {vertices} vertices and {triangles} triangles: {over}")
+        })?;
+        self.vertices = self.vertices.saturating_add(vertices);
+        self.triangles = self.triangles.saturating_add(triangles);
+        match [("vertices", self.vertices), ("triangles", self.triangles)]
+            .into_iter()
+            .find(|(_, n)| *n > MOST)
+        {
+            Some((what, count)) => Err(format!("{count} {what} so far, at most {MOST}")),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -87,7 +96,12 @@ pub(super) fn scene(
             .push("extras.emitters is left out: give light from far away with --sky or --sun".into());
     }
 
-    let (mut rest, movers, dropped) = geometry(&drawn, &tree.rig, &skins, &lights);
+    let (mut rest, mut movers, mut dropped) = geometry(&drawn, &tree.rig, &skins, &lights);
+    let origin = rest.bounds().better_origin();
+    if origin != Vec3::ZERO {
+        tree.rig.origin = origin;
+        (rest, movers, dropped) = geometry(&drawn, &tree.rig, &skins, &lights);
+    }
     let second_uv = |m: &Material| {
         let slots = m.textures().map(|(slot, _)| slot);
         slots.into_iter().chain([m.height.map(|h| h.texture)]).flatten().any(|slot| slot.uv_set == 1)
@@ -114,6 +128,7 @@ pub(super) fn scene(
         warnings: document.warnings,
         rest,
         bounds,
+        origin,
         motion,
     })
 }
@@ -128,7 +143,7 @@ fn parts(
     let (moving_nodes, morphing_nodes) = (tree.rig.moving_nodes(), tree.rig.morphing_nodes());
     let mut read: HashMap<usize, Rc<Vec<(usize, Primitive)>>> = HashMap::new();
     let (mut skipped, mut drawn) = (Skipped::default(), Vec::new());
-    let mut counts = Counts::default();
+    let mut counts = Counts { vertices: 0, triangles: 0, meter: &document.meter };
     for (slot, node) in tree.drawn(&document.root) {
         let Some(mesh) = node.mesh else { continue };
         let n = tree.file_index[slot];

@@ -1,6 +1,7 @@
 //! Bytes: GLB chunks, data URIs, files beside the scene, and checked views into them.
 
 use super::{Fault, item};
+use crate::budget::Meter;
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
@@ -29,12 +30,23 @@ pub(super) struct View<'a> {
 
 impl Buffers {
     /// Loads every buffer; `binary` is the second chunk of a GLB.
-    pub(super) fn read(root: &Root, binary: Option<&[u8]>, folder: &Path) -> Result<Self, Fault> {
+    pub(super) fn read(
+        root: &Root,
+        binary: Option<&[u8]>,
+        folder: &Path,
+        meter: &Meter,
+    ) -> Result<Self, Fault> {
         let mut buffers = Vec::with_capacity(root.buffers.len());
         for (i, buffer) in root.buffers.iter().enumerate() {
             let mut bytes = match (&buffer.uri, binary) {
-                (Some(uri), _) => resolve(uri, folder).map_err(|fault| format!("buffers[{i}]: {fault}"))?,
-                (None, Some(binary)) if i == 0 => binary.to_vec(),
+                (Some(uri), _) => {
+                    resolve(uri, folder, meter).map_err(|fault| format!("buffers[{i}]: {fault}"))?
+                }
+                (None, Some(binary)) if i == 0 => {
+                    let taken = meter.take(binary.len() as u64, 1);
+                    taken.map_err(|over| format!("buffers[{i}]: the binary chunk {over}"))?;
+                    binary.to_vec()
+                }
                 (None, _) => {
                     buffers.push(None);
                     continue;
@@ -108,9 +120,10 @@ pub(super) fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
 }
 
 /// What a URI stands for: the bytes of a data URI, or of a file in the scene's folder or below.
-pub(super) fn resolve(uri: &str, folder: &Path) -> Result<Vec<u8>, Fault> {
+pub(super) fn resolve(uri: &str, folder: &Path, meter: &Meter) -> Result<Vec<u8>, Fault> {
     if let Some(data) = strip_scheme(uri) {
         let (head, body) = data.split_once(',').ok_or("data URI without a comma")?;
+        meter.take(body.len() as u64, 1).map_err(|over| format!("data URI: {over}"))?;
         return if head.ends_with(";base64") {
             BASE64.decode(body).map_err(|fault| format!("data URI: {fault}"))
         } else {
@@ -118,7 +131,7 @@ pub(super) fn resolve(uri: &str, folder: &Path) -> Result<Vec<u8>, Fault> {
         };
     }
     let path = local_path(uri)?;
-    std::fs::read(folder.join(&path)).map_err(|fault| format!("\"{}\": {fault}", path.display()))
+    meter.read(&folder.join(&path)).map_err(|fault| format!("\"{}\": {fault}", path.display()))
 }
 
 fn strip_scheme(uri: &str) -> Option<&str> {
@@ -157,6 +170,7 @@ fn local_path(uri: &str) -> Result<PathBuf, Fault> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
+    use crate::LoadBudget;
 
     #[test]
     fn uris_stay_in_the_folder() {
@@ -179,15 +193,16 @@ mod tests {
 
     #[test]
     fn data_uris_with_and_without_padding() {
+        let meter = Meter::new(LoadBudget::default());
         for (uri, bytes) in [
             ("data:application/octet-stream;base64,AQI=", &[1, 2][..]),
             ("data:;base64,AQI", &[1, 2]),
             ("DATA:text/plain,a%20b", b"a b"),
         ] {
-            assert_eq!(resolve(uri, Path::new("")).unwrap(), bytes, "{uri}");
+            assert_eq!(resolve(uri, Path::new(""), &meter).unwrap(), bytes, "{uri}");
         }
-        assert!(resolve("data:;base64,$$", Path::new("")).is_err());
-        assert!(resolve("data:", Path::new("")).is_err());
+        assert!(resolve("data:;base64,$$", Path::new(""), &meter).is_err());
+        assert!(resolve("data:", Path::new(""), &meter).is_err());
     }
 
     #[test]

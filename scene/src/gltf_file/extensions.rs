@@ -1,6 +1,7 @@
 //! Which extensions are read, and small departures from the schema that are no reason to refuse a file.
 
 use super::Fault;
+use crate::budget::Meter;
 use gltf::json::Root;
 use serde_json::{self, Value};
 
@@ -31,6 +32,18 @@ pub(super) fn check(root: &Root, warnings: &mut Vec<String>) -> Result<(), Fault
     }
     warnings.extend(missing(&root.extensions_used).into_iter().map(|name| format!("{name} is left out")));
     Ok(())
+}
+
+/// Counts what the parsed JSON may take: an empty object of two bytes becomes a struct, or a map, of hundreds.
+pub(super) fn afford(json: &[u8], meter: &Meter) -> Result<(), Fault> {
+    let count = |byte: u8| json.iter().filter(|b| **b == byte).count() as u64;
+    let (objects, lists, commas) = (count(b'{'), count(b'['), count(b','));
+    // A map of one entry takes 0.7 KB, most structs less; an element of a list of numbers takes 4 to 72 bytes.
+    let taken = meter
+        .take(json.len() as u64, 2)
+        .and_then(|()| meter.take(objects, 1024))
+        .and_then(|()| meter.take(lists + commas, 72));
+    taken.map_err(|over| format!("JSON: {objects} objects, {lists} lists, {commas} commas: {over}"))
 }
 
 /// The JSON as plain structs.

@@ -11,26 +11,25 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Longest side, pixels.
 const LONGEST_SIDE: u32 = 16_384;
-/// All pictures of a file together, pixels (4 bytes each).
-const MOST_PIXELS: u64 = 1 << 29;
+/// Bytes a pixel of all pictures: 4 that stay, and as much again while they are decoded.
+const PIXEL_BYTES: u64 = 8;
 
 /// Decodes the pictures named by their index in the file, in that order.
 pub(super) fn read(document: &Document, pictures: &[usize], folder: &Path) -> Result<Vec<Image>, Fault> {
     let mut encoded = Vec::with_capacity(pictures.len());
-    let mut pixels = 0;
     for &picture in pictures {
         let (name, bytes) =
             bytes(document, picture, folder).map_err(|f| format!("images[{picture}]: {f}"))?;
         let (width, height) = reader(&bytes)
             .and_then(|r| r.into_dimensions().map_err(|f| f.to_string()))
             .map_err(|f| format!("images[{picture}] {name}: {f}"))?;
-        pixels += u64::from(width) * u64::from(height);
-        if width.max(height) > LONGEST_SIDE || pixels > MOST_PIXELS {
+        if width.max(height) > LONGEST_SIDE {
             return Err(format!(
-                "images[{picture}] {name}: {width}x{height}, {pixels} pixels so far; at most {LONGEST_SIDE} a side and \
-                 {MOST_PIXELS} together"
+                "images[{picture}] {name}: {width}x{height} pixels, at most {LONGEST_SIDE} a side"
             ));
         }
+        let taken = document.meter.take(u64::from(width) * u64::from(height), PIXEL_BYTES);
+        taken.map_err(|over| format!("images[{picture}] {name}: {width}x{height} pixels: {over}"))?;
         encoded.push((picture, name, bytes));
     }
     let next = AtomicUsize::new(0);
@@ -70,7 +69,7 @@ fn bytes<'a>(
                 Some("data:") => image.name.clone().unwrap_or(place),
                 _ => uri.rsplit('/').next().unwrap_or(uri).to_string(),
             };
-            Ok((name, buffers::resolve(uri, folder)?.into()))
+            Ok((name, buffers::resolve(uri, folder, &document.meter)?.into()))
         }
         (None, Some(view)) => {
             let view = document.buffers.view(&document.root, view, &place)?;

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 struct File {
     json: Value,
     bytes: Vec<u8>,
+    budget: LoadBudget,
 }
 
 impl File {
@@ -21,7 +22,7 @@ impl File {
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
             "meshes": [{"primitives": [primitive]}], "accessors": [], "bufferViews": []
         });
-        Self { json, bytes: Vec::new() }
+        Self { json, bytes: Vec::new(), budget: LoadBudget::default() }
     }
 
     /// A unit right triangle in the plane z = 0 facing +Z.
@@ -60,7 +61,7 @@ impl File {
             "byteLength": self.bytes.len(),
             "uri": format!("data:application/octet-stream;base64,{body}")
         }]);
-        scene(Path::new("test.gltf"), json.to_string().as_bytes())
+        scene(Path::new("test.gltf"), json.to_string().as_bytes(), Meter::new(self.budget))
     }
 }
 
@@ -224,7 +225,7 @@ fn absurd_numbers_are_refused_before_they_take_memory() {
         j["nodes"] = json!(vec![json!({"mesh": 0}); 2000]);
         j["scenes"][0]["nodes"] = json!((0..2000).collect::<Vec<_>>());
     });
-    assert!(many.contains("objects so far"), "{many}");
+    assert!(many.starts_with("nodes[") && many.contains("the budget for loading is 2000 MB"), "{many}");
 }
 
 #[test]
@@ -232,7 +233,9 @@ fn deep_chains_do_not_overflow_the_stack() {
     let mut file = File::triangle();
     let chain = (0..200_000).map(|n| json!({"children": [n + 1], "translation": [1, 0, 0]}));
     file.json["nodes"] = chain.chain([json!({"mesh": 0})]).collect();
-    assert_eq!(file.load().unwrap().rest().positions[0], 200_000.0 * Vec3::X);
+    let scene = file.load().unwrap();
+    // So far away is brought near.
+    assert_eq!(scene.origin() + scene.rest().positions[0], 200_000.0 * Vec3::X);
 }
 
 #[test]
@@ -250,6 +253,24 @@ fn triangles_that_are_not_finite_are_left_out_and_counted() {
     far.json["nodes"][0]["scale"] = json!([3e38, 3e38, 3e38]);
     far.json["nodes"][0]["translation"] = json!([3e38, 0, 0]);
     assert!(far.load().unwrap().rest().positions.iter().all(|p| p.is_finite()));
+}
+
+#[test]
+fn a_scene_far_away_is_brought_near_with_all_that_is_in_it() {
+    let mut file = File::triangle();
+    file.json["nodes"] = json!([{"mesh": 0, "translation": [10000, 0, -10000]},
+        {"camera": 0, "translation": [10000, 0, -9996]}]);
+    file.json["scenes"][0]["nodes"] = json!([0, 1]);
+    file.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1}}]);
+    let scene = file.load().unwrap();
+    assert_eq!(scene.origin(), Vec3::new(10000.0, 0.0, -10000.0));
+    assert_eq!(scene.rest().positions, [Vec3::ZERO, Vec3::X, Vec3::Y], "as exact as it was in the file");
+    assert_eq!(scene.cameras[0].eye, 4.0 * Vec3::Z);
+    // What is near stays where it is, to the bit.
+    let mut near = File::triangle();
+    near.json["nodes"][0]["translation"] = json!([100, 0, 0]);
+    let near = near.load().unwrap();
+    assert_eq!((near.origin(), near.rest().positions[0]), (Vec3::ZERO, Vec3::new(100.0, 0.0, 0.0)));
 }
 
 #[test]
@@ -410,7 +431,7 @@ fn made_tangents_agree_with_given_ones() {
             println!("skipped: {} is missing", path.display());
             return;
         };
-        let mut document = open(&bytes, path.parent().unwrap()).unwrap();
+        let mut document = open(&bytes, path.parent().unwrap(), Meter::new(LoadBudget::default())).unwrap();
         let (materials, _) = materials::read(&mut document).unwrap();
         let (mut near, mut handed, mut all) = (0, 0, 0);
         for index in 0..document.root.meshes.len() as u32 {

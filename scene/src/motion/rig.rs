@@ -65,6 +65,8 @@ pub(crate) struct Rig {
     pub nodes: Vec<Node>,
     /// At most one per node and property.
     pub tracks: Vec<Track>,
+    /// The point of the file's world that is the origin here, m.
+    pub origin: Vec3,
 }
 
 /// Where everything is at one moment.
@@ -92,7 +94,7 @@ impl Rig {
             let local = local.matrix();
             world.push(match node.parent {
                 Some(parent) => world[parent] * local,
-                None => local,
+                None => Affine3A::from_translation(-self.origin) * local,
             });
         }
         Moment { world, weights }
@@ -142,7 +144,11 @@ mod tests {
             vec![1.0, 0.0, 0.0, 1.0, 4.0, 0.0],
         )
         .unwrap();
-        let rig = Rig { nodes: vec![at(None, 1.0), at(Some(0), 2.0), at(None, 7.0)], tracks: vec![lift] };
+        let rig = Rig {
+            nodes: vec![at(None, 1.0), at(Some(0), 2.0), at(None, 7.0)],
+            tracks: vec![lift],
+            ..Rig::default()
+        };
         assert_eq!(rig.moving_nodes(), [true, true, false]);
         let moment = rig.moment(1.0);
         assert_eq!(moment.world[1].transform_point3(Vec3::ZERO), Vec3::new(3.0, 2.0, 0.0));

@@ -108,10 +108,16 @@ impl World {
     /// What panels say about it.
     pub fn facts(&self) -> SceneFacts {
         let scene = self.pipeline.scene();
+        // Views are said in the file's own world.
+        let (origin, mut bounds, mut cameras) = (scene.origin(), scene.bounds(), scene.cameras.clone());
+        (bounds.min, bounds.max) = (bounds.min + origin, bounds.max + origin);
+        for camera in &mut cameras {
+            (camera.eye, camera.target) = (camera.eye + origin, camera.target + origin);
+        }
         SceneFacts {
             settings: self.pipeline.settings().clone(),
-            cameras: scene.cameras.clone(),
-            bounds: scene.bounds(),
+            cameras,
+            bounds,
             duration: scene.duration(),
             has_motion: self.has_motion(),
             sun: scene.sun,

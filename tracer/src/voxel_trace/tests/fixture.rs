@@ -95,12 +95,8 @@ impl Model {
     }
 
     pub fn build(&self) -> CpuVoxels {
-        let layout = Layout {
-            origin: ORIGIN,
-            voxel_size: VOXEL,
-            cells: [self.size as u32; 3],
-            low: IVec3::ZERO,
-        };
+        let layout =
+            Layout { origin: ORIGIN, voxel_size: VOXEL, cells: [self.size as u32; 3], low: IVec3::ZERO };
         let grid = CpuGrid::new(&layout, self.records.keys().map(|c| IVec3::from(*c)));
         let mut records = vec![[0; 4]; grid.voxel_count as usize];
         for (cell, record) in &self.records {
