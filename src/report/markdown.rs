@@ -127,7 +127,8 @@ mod tests {
         let text = text(&synthetic::report("cornell"));
         let lines: Vec<_> = text.lines().filter(|line| line.starts_with('|')).collect();
         assert!(lines.len() > 4, "{text}");
-        assert!(lines.iter().all(|line| line.matches('|').count() == 10), "{text}");
+        let columns = |line: &str| line.matches('|').count();
+        assert!(lines.iter().all(|line| columns(line) == columns(lines[0])), "{text}");
         assert!(text.contains("times as fast as"), "{text}");
     }
 }
